@@ -1,0 +1,1 @@
+"""Learns joints from depth arrays; knows nothing of synth."""

@@ -1,0 +1,1 @@
+"""Puts synth and forests to work: corpora on disk, commands."""

@@ -1,0 +1,1 @@
+"""Makes labelled depth frames of people among furniture from a seed."""

@@ -1,0 +1,1 @@
+"""Articulated human bodies: shape, skin, skeleton, poses, URDF."""

@@ -1,0 +1,104 @@
+"""Frame: what synth gives out, one labelled depth image with its joints and camera."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.camera import Camera
+
+
+@dataclass(frozen=True)
+class ObjectRecord:
+    """One object of a frame.
+
+    Attributes:
+        instance: Its number in the frame's `instance` image, from 1.
+        class_name: Its occluder class.
+        spec_id: Identifier of the object's spec in the corpus ("table/train/0003"); splits never share one.
+        spec: The spec's fields, as plain JSON values, with "kind" naming the generator.
+        T_world_object: (4, 4) as nested tuples.
+        visible_fraction: Pixels seen in the composite over pixels of the object alone; 0 if it covers none.
+    """
+
+    instance: int
+    class_name: str
+    spec_id: str
+    spec: dict[str, object]
+    T_world_object: tuple[tuple[float, ...], ...]
+    visible_fraction: float
+
+
+@dataclass(frozen=True)
+class FrameInfo:
+    """Everything about a frame that is not an array.
+
+    Attributes:
+        seed: The corpus seed.
+        index: The frame's number in the corpus; (seed, index) alone make the frame.
+        split: "train", "val" or "test".
+        subject_id: Identifier of the body ("subject/train/0007").
+        subject: The BodySpec's fields as plain JSON values.
+        scene_family: Which kind of scene ("table", "laptop_lap", ...).
+        pose_family: Which kind of pose ("writing", ...).
+        pose_id: Identifier of the pose draw.
+        visible_fraction: Person's pixels in the composite over those of the body alone.
+        objects: The objects, in order of instance.
+    """
+
+    seed: int
+    index: int
+    split: str
+    subject_id: str
+    subject: dict[str, object]
+    scene_family: str
+    pose_family: str
+    pose_id: str
+    visible_fraction: float
+    objects: tuple[ObjectRecord, ...] = ()
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One labelled depth image: two layers of one scene seen by one camera.
+
+    The composite is what the sensor sees; the body layer is the person without the objects.
+
+    Attributes:
+        depth: (height, width) uint16 composite depth along the optical axis [mm], 0 = nothing.
+        part: (height, width) uint8 composite body part 1..31, 0 elsewhere.
+        occluder: (height, width) uint8 composite occluder class code, 0 elsewhere.
+        instance: (height, width) uint8 composite object number, 0 elsewhere.
+        body_depth: (height, width) uint16 depth of the person alone [mm].
+        body_part: (height, width) uint8 parts of the person alone.
+        joints: (15, 3) float32 joint centres, camera frame [m].
+        joint_state: (15,) uint8 `JointState`.
+        joint_visible_fraction: (15,) float32, share of the surface over the joint that the composite shows.
+        part_visible_fraction: (32,) float32 by part label: composite pixels over body-alone pixels; 0 where none.
+        angles: (n_dof,) float32 joint angles of the skeleton [rad].
+        T_world_root: (4, 4) float64, pose of the body's root.
+        T_world_camera: (4, 4) float64, pose of the camera.
+        camera: Intrinsics.
+        info: Everything else.
+    """
+
+    depth: NDArray[np.uint16]
+    part: NDArray[np.uint8]
+    occluder: NDArray[np.uint8]
+    instance: NDArray[np.uint8]
+    body_depth: NDArray[np.uint16]
+    body_part: NDArray[np.uint8]
+    joints: NDArray[np.float32]
+    joint_state: NDArray[np.uint8]
+    joint_visible_fraction: NDArray[np.float32]
+    part_visible_fraction: NDArray[np.float32]
+    angles: NDArray[np.float32]
+    T_world_root: NDArray[np.float64]
+    T_world_camera: NDArray[np.float64]
+    camera: Camera
+    info: FrameInfo = field(repr=False)
+
+    @property
+    def joints_2d(self) -> NDArray[np.float64]:
+        """(15, 2) joint centres in pixels."""
+        return self.camera.project(self.joints)

@@ -1,0 +1,111 @@
+"""Meshes and rigid transforms shared by bodies, occluders and the renderer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class LabelledMesh:
+    """Triangles with one label a face.
+
+    Attributes:
+        vertices: (n_vertices, 3) float32 [m].
+        faces: (n_faces, 3) int32, counter-clockwise seen from outside.
+        face_label: (n_faces,) uint8; body part 1..31, or 0 for objects, whose class is one for the mesh.
+        is_closed: Whether the surface bounds a volume, so that back faces may be culled.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    face_label: NDArray[np.uint8]
+    is_closed: bool
+
+    def __post_init__(self) -> None:
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise ValueError(f"vertices have shape {self.vertices.shape}, must be (n, 3)")
+        if self.faces.ndim != 2 or self.faces.shape[1] != 3:
+            raise ValueError(f"faces have shape {self.faces.shape}, must be (m, 3)")
+        if self.face_label.shape != (len(self.faces),):
+            raise ValueError(f"face_label has shape {self.face_label.shape}, must be ({len(self.faces)},)")
+
+    def transformed(self, T: ArrayLike) -> "LabelledMesh":
+        """Moves the mesh by a rigid transform.
+
+        Args:
+            T: (4, 4) T_new_old.
+        """
+        vertices = transform_points(T, self.vertices).astype(np.float32)
+        return LabelledMesh(vertices, self.faces, self.face_label, self.is_closed)
+
+
+def transform_points(T: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    """Applies T_a_b to points in b.
+
+    Args:
+        T: (4, 4) rigid transform.
+        points: (..., 3) [m].
+
+    Returns:
+        (..., 3) float64, frame a [m].
+    """
+    matrix = np.asarray(T, dtype=np.float64)
+    return np.asarray(points, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def inverse(T: ArrayLike) -> NDArray[np.float64]:
+    """Inverse of a rigid transform (4, 4)."""
+    matrix = np.asarray(T, dtype=np.float64)
+    out = np.eye(4)
+    out[:3, :3] = matrix[:3, :3].T
+    out[:3, 3] = -matrix[:3, :3].T @ matrix[:3, 3]
+    return out
+
+
+def translation(x: float, y: float, z: float) -> NDArray[np.float64]:
+    """A (4, 4) transform that only moves [m]."""
+    T = np.eye(4)
+    T[:3, 3] = (x, y, z)
+    return T
+
+
+def axis_angle(axis: ArrayLike, angle: float) -> NDArray[np.float64]:
+    """A (3, 3) rotation by Rodrigues' formula.
+
+    Args:
+        axis: (3,) unit vector.
+        angle: [rad], right-handed about the axis.
+    """
+    x, y, z = np.asarray(axis, dtype=np.float64)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+
+
+def rotation_about(axis: ArrayLike, angle: float) -> NDArray[np.float64]:
+    """A (4, 4) transform that only turns, by `axis_angle`."""
+    T = np.eye(4)
+    T[:3, :3] = axis_angle(axis, angle)
+    return T
+
+
+def look_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> NDArray[np.float64]:
+    """Pose T_world_camera of a camera in OpenCV axes whose z axis points at a target; world z is up.
+
+    Args:
+        eye: (3,) camera centre, world [m].
+        target: (3,) point on the optical axis, world [m]; not straight above or below the eye.
+        roll: turn about the optical axis [rad].
+    """
+    eye = np.asarray(eye, dtype=np.float64)
+    z = np.asarray(target, dtype=np.float64) - eye
+    z /= np.linalg.norm(z)
+    x = np.cross(z, (0.0, 0.0, 1.0))
+    norm = np.linalg.norm(x)
+    if norm < 1e-9:
+        raise ValueError(f"target {target} lies straight above or below the camera at {eye}")
+    x /= norm
+    T = np.eye(4)
+    T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1) @ axis_angle((0.0, 0.0, 1.0), roll)
+    T[:3, 3] = eye
+    return T

@@ -1,0 +1,1 @@
+"""Things that hide people: one file a class, each with Spec, sample and make."""

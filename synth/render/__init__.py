@@ -1,0 +1,1 @@
+"""Turns posed meshes into depth, labels and sensor readings."""

@@ -1,0 +1,91 @@
+"""The names and codes that every frame, corpus and table uses: joints, body parts, occluder classes, states."""
+
+from enum import IntEnum
+
+JOINT_NAMES: tuple[str, ...] = (
+    "head",
+    "neck",
+    "torso",
+    "r_shoulder",
+    "l_shoulder",
+    "r_elbow",
+    "l_elbow",
+    "r_hand",
+    "l_hand",
+    "r_hip",
+    "l_hip",
+    "r_knee",
+    "l_knee",
+    "r_foot",
+    "l_foot",
+)
+"""The 15 joints in their one order; left and right are the person's own."""
+
+N_JOINTS = len(JOINT_NAMES)
+UPPER_BODY_JOINTS: tuple[int, ...] = tuple(range(9))
+BONES: tuple[tuple[int, int], ...] = (
+    (0, 1), (1, 3), (1, 4), (3, 5), (4, 6), (5, 7), (6, 8), (1, 2),
+    (2, 9), (2, 10), (9, 11), (10, 12), (11, 13), (12, 14),
+)  # fmt: skip
+"""Pairs of joint indices that a skeleton picture draws a line between."""
+
+PART_NAMES: tuple[str, ...] = (
+    "background",
+    "lu_head", "ru_head", "lw_head", "rw_head",
+    "neck",
+    "l_shoulder", "r_shoulder",
+    "lu_arm", "ru_arm", "lw_arm", "rw_arm",
+    "l_elbow", "r_elbow",
+    "l_wrist", "r_wrist",
+    "l_hand", "r_hand",
+    "lu_torso", "ru_torso", "lw_torso", "rw_torso",
+    "lu_leg", "ru_leg", "lw_leg", "rw_leg",
+    "l_knee", "r_knee",
+    "l_ankle", "r_ankle",
+    "l_foot", "r_foot",
+)  # fmt: skip
+"""Body part names by label: 0 is background, 1..31 the parts of Shotton et al. 2011 (section 3.1).
+
+The first letter is the person's left or right; in "lu"/"rw" the second is upper or lower.
+"lu_head" is the left upper head, "lw_head" the left lower head.
+"""
+
+N_PARTS = len(PART_NAMES) - 1
+PART: dict[str, int] = {name: label for label, name in enumerate(PART_NAMES)}
+
+
+def _mirrored(name: str) -> str:
+    if name[0] in "lr" and (name[1] == "_" or name[2] == "_"):
+        return ("r" if name[0] == "l" else "l") + name[1:]
+    return name
+
+
+MIRRORED_PART: tuple[int, ...] = tuple(PART[_mirrored(name)] for name in PART_NAMES)
+"""Label of the part on the other side; index with a label image to mirror it."""
+MIRRORED_JOINT: tuple[int, ...] = tuple(JOINT_NAMES.index(_mirrored(name)) for name in JOINT_NAMES)
+"""Index of the joint on the other side."""
+
+OCCLUDER_CLASSES: tuple[str, ...] = (
+    "none",
+    "table",
+    "laptop",
+    "stroller",
+    "chair",
+    "monitor",
+    "suitcase",
+    "other",
+)
+"""Occluder class names by code: 0 is none."""
+OCCLUDER_CODE: dict[str, int] = {name: code for code, name in enumerate(OCCLUDER_CLASSES)}
+
+
+class JointState(IntEnum):
+    """Why a joint can or cannot be seen."""
+
+    VISIBLE = 0
+    OCCLUDED = 1
+    """An object stands between the camera and the surface over the joint."""
+    SELF_OCCLUDED = 2
+    """Another part of the person does."""
+    OUTSIDE = 3
+    """The joint projects outside the image, or lies behind the camera."""
