@@ -1,0 +1,267 @@
+"""The default renderer: a z-buffer in numba on one core, and the records that every renderer takes and gives."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.camera import Camera
+from synth.geometry import LabelledMesh
+from synth.render import kernels
+from synth.vocabulary import N_PARTS, OCCLUDER_CLASSES
+
+NEAR = 0.25
+"""Default near plane [m]: nothing closer is drawn."""
+DEPTH_MAX_MM = 65535
+"""Greatest depth that uint16 millimetres hold; what lies beyond counts as nothing."""
+MAX_INSTANCES = 255
+"""Object numbers are stored in uint8, 0 is none."""
+
+
+@dataclass(frozen=True)
+class RenderObject:
+    """An object of the scene.
+
+    Attributes:
+        mesh: Its surface in its own frame; the face labels are not used.
+        class_code: Code of its class in `OCCLUDER_CLASSES`.
+        instance: Its number in the frame, 1..255, unique.
+        T_world_mesh: (4, 4) float64.
+    """
+
+    mesh: LabelledMesh
+    class_code: int
+    instance: int
+    T_world_mesh: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.instance <= MAX_INSTANCES:
+            raise ValueError(
+                f"instance={self.instance} must be in 1..{MAX_INSTANCES}: a frame holds at most {MAX_INSTANCES} objects"
+            )
+        if not 1 <= self.class_code < len(OCCLUDER_CLASSES):
+            raise ValueError(
+                f"class_code={self.class_code} must be in 1..{len(OCCLUDER_CLASSES) - 1}, "
+                f"the codes of {', '.join(OCCLUDER_CLASSES[1:])}"
+            )
+
+
+@dataclass(frozen=True)
+class RenderedPair:
+    """Two layers of one scene: what the camera sees, and the person without the objects.
+
+    Attributes:
+        depth: (height, width) uint16 composite depth along the optical axis [mm], 0 = nothing.
+        part: (height, width) uint8 composite body part 1..31, 0 elsewhere.
+        occluder: (height, width) uint8 composite class code, 0 elsewhere.
+        instance: (height, width) uint8 composite object number, 0 elsewhere.
+        body_depth: (height, width) uint16 depth of the person alone [mm].
+        body_part: (height, width) uint8 parts of the person alone.
+        object_pixels: (largest instance + 1,) int64 pixels that each object covers when it is drawn alone,
+            by instance; 0 for numbers that the frame does not use.
+    """
+
+    depth: NDArray[np.uint16]
+    part: NDArray[np.uint8]
+    occluder: NDArray[np.uint8]
+    instance: NDArray[np.uint8]
+    body_depth: NDArray[np.uint16]
+    body_part: NDArray[np.uint8]
+    object_pixels: NDArray[np.int64]
+
+
+def check_objects(objects: Sequence[RenderObject]) -> None:
+    """Refuses objects that share a number.
+
+    Raises:
+        ValueError: Names the number.
+    """
+    seen: set[int] = set()
+    for item in objects:
+        if item.instance in seen:
+            raise ValueError(f"instance={item.instance} is given twice, each object needs a number of its own")
+        seen.add(item.instance)
+
+
+def check_mesh(mesh: LabelledMesh, name: str) -> None:
+    """Refuses a mesh that the kernels cannot draw safely.
+
+    Args:
+        mesh: The mesh.
+        name: What the error calls it.
+
+    Raises:
+        ValueError: A face names a vertex that does not exist, or a coordinate is not finite.
+    """
+    if len(mesh.faces):
+        low, high = int(mesh.faces.min()), int(mesh.faces.max())
+        if low < 0 or high >= len(mesh.vertices):
+            raise ValueError(
+                f"{name} has faces with vertex indices {low}..{high}, must be in 0..{len(mesh.vertices) - 1}"
+            )
+    if not math.isfinite(float(mesh.vertices.sum(dtype=np.float64))):
+        raise ValueError(f"{name} has a vertex coordinate that is not finite")
+
+
+def check_body(body: LabelledMesh) -> None:
+    """Refuses a body that cannot be drawn, or whose faces are not labelled 1..31.
+
+    Raises:
+        ValueError: Says which.
+    """
+    check_mesh(body, "body mesh")
+    if len(body.face_label) and not (body.face_label.min() >= 1 and body.face_label.max() <= N_PARTS):
+        raise ValueError(
+            f"body mesh has face labels {body.face_label.min()}..{body.face_label.max()}, must be in 1..{N_PARTS}"
+        )
+
+
+class Renderer:
+    """Draws scenes with one camera; holds the buffers, so keep one for many frames (and one a thread).
+
+    Depth is exact to 1 mm up to 30 m (1/z has 22 bits; the rounding to millimetres is half of that). Pixel
+    centres lie at integers and take the label of the nearest face there; on shared sides each pixel belongs
+    to one face (top-left rule). Images do not depend on the order of meshes and faces: where two surfaces are
+    equally far, the object wins over the person, the higher instance over the lower, the higher part label
+    over the lower. Back faces of closed meshes are left out, but for those that the near plane cuts open.
+
+    Attributes:
+        camera: Its intrinsics.
+        near: Near plane [m].
+    """
+
+    description = "numba z-buffer on the CPU, one core"
+
+    def __init__(self, camera: Camera, near: float = NEAR) -> None:
+        if not 0.01 <= near <= 10.0:
+            raise ValueError(f"near={near} must be in 0.01..10 m")
+        self.camera = camera
+        self.near = near
+        self._view = kernels.View(
+            camera.width,
+            camera.height,
+            float(camera.fx),
+            float(camera.fy),
+            float(camera.cx),
+            float(camera.cy),
+            float(near),
+        )
+        n_pixels = camera.width * camera.height
+        self._body = np.zeros(n_pixels, np.int32)
+        self._composite = np.zeros(n_pixels, np.int32)
+        self._alone = np.zeros(n_pixels, np.int32)
+        self._work = kernels.allocate_work(1, 1)
+        self._metres = near * kernels.INVERSE_DEPTH_MAX
+        q_least = math.ceil(self._metres * 1000.0 / (DEPTH_MAX_MM + 0.49))
+        self._least = np.int32(q_least << kernels.CODE_BITS)
+
+    def render(
+        self,
+        T_camera_world: NDArray[np.float64],
+        body: LabelledMesh | None,
+        objects: Sequence[RenderObject] = (),
+    ) -> RenderedPair:
+        """Draws both layers of a scene.
+
+        Args:
+            T_camera_world: (4, 4).
+            body: The person, world frame, faces labelled 1..31; None for a scene without one.
+            objects: The objects.
+
+        Returns:
+            New arrays, not views of the buffers.
+        """
+        check_objects(objects)
+        T_camera_world = np.asarray(T_camera_world, dtype=np.float64)
+        self._body.fill(0)
+        body_bounds = self._empty_bounds()
+        if body is not None:
+            check_body(body)
+            body_bounds = self._draw(self._body, body, body.face_label.astype(np.int32), T_camera_world)
+        np.copyto(self._composite, self._body)
+        bounds = body_bounds.copy()
+        object_pixels = np.zeros(1 + max((item.instance for item in objects), default=0), np.int64)
+        class_of_instance = np.zeros(MAX_INSTANCES + 1, np.uint8)
+        for item in objects:
+            check_mesh(item.mesh, f"mesh of object {item.instance}")
+            code = np.full(len(item.mesh.faces), kernels.OBJECT_CODE + item.instance, np.int32)
+            drawn = self._draw(self._alone, item.mesh, code, T_camera_world @ item.T_world_mesh)
+            object_pixels[item.instance] = kernels.merge_object(
+                self._composite, self._alone, self.camera.width, drawn, self._least
+            )
+            class_of_instance[item.instance] = item.class_code
+            bounds = _union(bounds, drawn)
+        depth, part, occluder, instance = self._unpack(self._composite, bounds, class_of_instance)
+        body_depth, body_part, _, _ = self._unpack(self._body, body_bounds, class_of_instance)
+        return RenderedPair(depth, part, occluder, instance, body_depth, body_part, object_pixels)
+
+    def depth_metres(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Composite and body-alone depth of the last scene before the rounding to millimetres.
+
+        Returns:
+            Two (height, width) float32 [m], 0 = nothing.
+        """
+        layers = []
+        for packed in (self._composite, self._body):
+            depth = np.empty(packed.size, np.float32)
+            kernels.unpack_metres(packed, self._metres, self._least, depth)
+            layers.append(depth.reshape(self.camera.height, self.camera.width))
+        return layers[0], layers[1]
+
+    @staticmethod
+    def _empty_bounds() -> NDArray[np.int64]:
+        return np.array([0, -1, 0, -1], np.int64)
+
+    def _draw(
+        self,
+        buffer: NDArray[np.int32],
+        mesh: LabelledMesh,
+        face_code: NDArray[np.int32],
+        T_camera_mesh: NDArray[np.float64],
+    ) -> NDArray[np.int64]:
+        n_vertices, n_faces = len(mesh.vertices), len(mesh.faces)
+        if n_vertices > len(self._work.x) or n_faces > len(self._work.kept):
+            self._work = kernels.allocate_work(
+                max(n_vertices, len(self._work.x)), max(n_faces, len(self._work.kept))
+            )
+        kernels.draw_mesh(
+            buffer,
+            np.ascontiguousarray(mesh.vertices, dtype=np.float32),
+            np.ascontiguousarray(mesh.faces, dtype=np.int32),
+            face_code,
+            mesh.is_closed,
+            np.ascontiguousarray(T_camera_mesh),
+            self._view,
+            self._work,
+        )
+        return self._work.bounds.copy()
+
+    def _unpack(
+        self, packed: NDArray[np.int32], bounds: NDArray[np.int64], class_of_instance: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.uint16], NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]:
+        shape = (self.camera.height, self.camera.width)
+        depth = np.zeros(shape, np.uint16)
+        part, occluder, instance = (np.zeros(shape, np.uint8) for _ in range(3))
+        kernels.unpack(
+            packed,
+            bounds,
+            self.camera.width,
+            self._metres * 1000.0,
+            self._least,
+            class_of_instance,
+            depth.reshape(-1),
+            part.reshape(-1),
+            occluder.reshape(-1),
+            instance.reshape(-1),
+        )
+        return depth, part, occluder, instance
+
+
+def _union(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
+    if b[1] < b[0] or b[3] < b[2]:
+        return a
+    if a[1] < a[0] or a[3] < a[2]:
+        return b
+    return np.array([min(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])], np.int64)
