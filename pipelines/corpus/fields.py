@@ -1,0 +1,126 @@
+"""The arrays of a corpus: what each field of a frame is called, holds and measures on disk."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.frame import Frame
+from synth.vocabulary import N_JOINTS, N_PARTS
+
+SHARD_FRAMES = 64
+"""Frames in one shard, which one worker writes at once."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One array of the corpus, its first axis the frame.
+
+    Attributes:
+        name: The array's name in the Zarr group.
+        dtype: numpy name of its element type.
+        shape: Shape of one frame's entry.
+        unit: Unit, or "" for codes and shares.
+        meaning: One sentence for the array's attributes.
+    """
+
+    name: str
+    dtype: str
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+    @property
+    def is_image(self) -> bool:
+        """Whether a frame's entry is a map of pixels, stored as a compressed chunk of its own."""
+        return self.name in IMAGES
+
+    @property
+    def numpy_dtype(self) -> np.dtype:
+        """The element type, little endian."""
+        return np.dtype(self.dtype).newbyteorder("<")
+
+
+IMAGES = ("depth", "part", "occluder", "instance", "hidden_depth", "hidden_part")
+"""Stored maps; hidden_* is the body layer where the composite does not show it."""
+SPLITS = ("train", "val", "test")
+"""Names of the splits by code."""
+
+
+def fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
+    """All stored arrays of a corpus of one image size.
+
+    Args:
+        height: Image height [px].
+        width: Image width [px].
+        n_dof: Joint angles of the skeleton.
+    """
+    image = (height, width)
+    listed = (
+        Field("depth", "uint16", image, "mm", "composite depth along the optical axis, 0 = nothing"),
+        Field("part", "uint8", image, "", "composite body part label, 0 where no person is seen"),
+        Field("occluder", "uint8", image, "", "composite occluder class code, 0 elsewhere"),
+        Field("instance", "uint8", image, "", "composite object number, 0 elsewhere"),
+        Field("hidden_depth", "uint16", image, "mm", "depth of the person alone where the composite hides it"),
+        Field("hidden_part", "uint8", image, "", "part of the person alone where the composite hides it"),
+        Field("joints", "float32", (N_JOINTS, 3), "m", "joint centres, camera frame"),
+        Field("joint_state", "uint8", (N_JOINTS,), "", "joint state code"),
+        Field("joint_visible_fraction", "float32", (N_JOINTS,), "", "share of the surface over the joint seen"),
+        Field("part_visible_fraction", "float32", (N_PARTS + 1,), "", "composite over body-alone pixels"),
+        Field("angles", "float32", (n_dof,), "rad", "joint angles of the skeleton"),
+        Field("T_world_root", "float64", (4, 4), "m", "pose of the body's root, world z up"),
+        Field("T_world_camera", "float64", (4, 4), "m", "pose of the camera, OpenCV axes"),
+        Field("intrinsics", "float64", (4,), "px", "fx, fy, cx, cy; pixel centres at integers"),
+        Field("split", "uint8", (), "", "split code: " + ", ".join(f"{i} {s}" for i, s in enumerate(SPLITS))),
+    )
+    return {item.name: item for item in listed}
+
+
+def hidden_layer(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+    """The body layer with zeros where the composite shows the same.
+
+    Returns:
+        (height, width) uint16 [mm] and (height, width) uint8.
+
+    Raises:
+        ValueError: The composite shows a person where the body layer has none.
+    """
+    seen = frame.part > 0
+    if (frame.body_part[seen] == 0).any():
+        n_wrong = int((frame.body_part[seen] == 0).sum())
+        raise ValueError(
+            f"frame {frame.info.index} shows a person in {n_wrong} pixels where the body layer has none"
+        )
+    same = seen & (frame.body_part == frame.part) & (frame.body_depth == frame.depth)
+    keep = ~same
+    return frame.body_depth * keep, frame.body_part * keep
+
+
+def body_layer(
+    depth: np.ndarray, part: np.ndarray, hidden_depth: np.ndarray, hidden_part: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Undoes `hidden_layer`; arrays of any leading shape."""
+    same = (part > 0) & (hidden_part == 0)
+    return np.where(same, depth, hidden_depth), np.where(same, part, hidden_part)
+
+
+def stored_values(frame: Frame) -> dict[str, np.ndarray]:
+    """A frame's entries by array name."""
+    hidden_depth, hidden_part = hidden_layer(frame)
+    camera = frame.camera
+    return {
+        "depth": frame.depth,
+        "part": frame.part,
+        "occluder": frame.occluder,
+        "instance": frame.instance,
+        "hidden_depth": hidden_depth,
+        "hidden_part": hidden_part,
+        "joints": frame.joints,
+        "joint_state": frame.joint_state,
+        "joint_visible_fraction": frame.joint_visible_fraction,
+        "part_visible_fraction": frame.part_visible_fraction,
+        "angles": frame.angles,
+        "T_world_root": frame.T_world_root,
+        "T_world_camera": frame.T_world_camera,
+        "intrinsics": np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+        "split": np.uint8(SPLITS.index(frame.info.split)),
+    }

@@ -1,0 +1,117 @@
+"""The folder of a corpus: begun, locked, checked before a run goes on in it."""
+
+import contextlib
+import fcntl
+import json
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pipelines.corpus import shards
+from pipelines.corpus.header import HEADER_NAME, Header, build_header, read_header, write_atomically
+from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
+from pipelines.corpus.write import ZARR_NAME, FrameSource, shard_files
+from pipelines.errors import UserError
+
+
+@dataclass(frozen=True)
+class Order:
+    """A corpus to be made.
+
+    Attributes:
+        seed: The corpus seed.
+        n_frames: How many frames, at least 1.
+        config: Resolved configuration as JSON values; saved, and compared when going on.
+        make_source: Makes the frame source; must be picklable for several workers.
+    """
+
+    seed: int
+    n_frames: int
+    config: dict
+    make_source: Callable[[], FrameSource] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if self.n_frames < 1:
+            raise UserError(f"n_frames={self.n_frames} must be at least 1")
+        if not 0 <= self.seed < 2**63:
+            raise UserError(f"seed={self.seed} must be in 0..2^63-1")
+
+
+@contextlib.contextmanager
+def locked_folder(root: Path) -> Iterator[None]:
+    """Holds the folder against a second writer; the lock goes with the process.
+
+    Raises:
+        UserError: Another process writes there.
+    """
+    handle = os.open(root, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(f"{root} is being written by another command") from None
+        yield
+    finally:
+        os.close(handle)
+
+
+def prepare_folder(root: Path, order: Order) -> Header:
+    """Begins a corpus in an empty folder, or checks that the one there is the one ordered.
+
+    Raises:
+        UserError: The folder holds other files or another corpus; nothing is touched then.
+    """
+    if not (root / HEADER_NAME).exists():
+        foreign = sorted(item.name for item in root.iterdir() if item.name != HEADER_NAME + ".tmp")
+        if foreign:
+            raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
+        frame = order.make_source().frame(0)
+        document = build_header(order.seed, order.n_frames, order.config, frame.depth.shape, len(frame.angles))
+        write_atomically(root / HEADER_NAME, json.dumps(document, indent=1) + "\n")
+    header = read_header(root)
+    _refuse_other_order(root, header, order)
+    _write_array_metadata(root, header)
+    return header
+
+
+def _refuse_other_order(root: Path, header: Header, order: Order) -> None:
+    asked = build_header(order.seed, order.n_frames, order.config, (header.height, header.width), header.n_dof)
+    for name in ("seed", "n_frames", "config", "labels", "software"):
+        there, here = getattr(header, name), asked[name]
+        if there != here:
+            difference = _first_difference(name, there, here)
+            raise UserError(f"{root} holds another corpus: {difference}; choose another folder")
+
+
+def _first_difference(name: str, there: object, here: object) -> str:
+    if isinstance(there, dict) and isinstance(here, dict):
+        for key in [*there, *here]:
+            if there.get(key) != here.get(key):
+                return _first_difference(f"{name}.{key}", there.get(key), here.get(key))
+    return f"{name} is {there!r} there and {here!r} here"
+
+
+def _write_array_metadata(root: Path, header: Header) -> None:
+    texts = {root / ZARR_NAME / "zarr.json": shards.group_metadata()}
+    for item in header.fields.values():
+        texts[root / ZARR_NAME / item.name / "zarr.json"] = shards.array_metadata(item, header.n_frames)
+    for path, text in texts.items():
+        if not path.exists() or path.read_text() != text:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(path, text)
+
+
+def finished_shards(root: Path, header: Header) -> dict[int, ShardLine]:
+    """Shards that the manifest names and whose files are all there at full length; clears what else lies about."""
+    lines = {}
+    for shard, line in read_manifest(root).items():
+        if all(
+            path.is_file() and path.stat().st_size == line.n_bytes[name]
+            for name, path in shard_files(root, header, shard).items()
+        ):
+            lines[shard] = line
+    rewrite_manifest(root, lines)
+    for leftover in root.rglob("*.tmp"):
+        leftover.unlink()
+    return lines

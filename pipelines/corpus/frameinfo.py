@@ -1,0 +1,61 @@
+"""FrameInfo as JSON lines: one file a shard, one line a frame."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from pipelines.corpus.header import plain_json
+from pipelines.corpus.manifest import SplitIds
+from pipelines.errors import CorpusError
+from synth.frame import Frame, FrameInfo, ObjectRecord
+
+
+def info_path(root: Path, shard: int) -> Path:
+    """File of a shard's frame records."""
+    return root / "frames" / f"{shard:06d}.jsonl"
+
+
+def info_line(frame: Frame) -> str:
+    """A frame's record with its camera's name; the seed stands in corpus.json."""
+    values = {name: value for name, value in asdict(frame.info).items() if name != "seed"}
+    return json.dumps(values | {"camera": frame.camera.name}, separators=(",", ":"), default=plain_json)
+
+
+def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
+    """Undoes `info_line`: the record and the camera's name."""
+    values = json.loads(line)
+    camera = values.pop("camera")
+    objects = tuple(
+        ObjectRecord(**{**item, "T_world_object": tuple(tuple(row) for row in item["T_world_object"])})
+        for item in values.pop("objects")
+    )
+    return FrameInfo(seed=seed, objects=objects, **values), camera
+
+
+def read_infos(path: Path, seed: int) -> list[tuple[FrameInfo, str]]:
+    """All records of a shard.
+
+    Raises:
+        CorpusError: The file is missing or damaged.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        return [parse_info(line, seed) for line in lines]
+    except FileNotFoundError:
+        raise CorpusError(f"{path} is missing") from None
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CorpusError(f"{path} is damaged: {error}") from None
+
+
+def split_ids(infos: list[FrameInfo]) -> dict[str, SplitIds]:
+    """Who and what stands in the frames, by split."""
+    out = {}
+    for split in sorted({info.split for info in infos}):
+        of_split = [info for info in infos if info.split == split]
+        out[split] = SplitIds(
+            n_frames=len(of_split),
+            subjects=sorted({info.subject_id for info in of_split}),
+            objects=sorted({item.spec_id for info in of_split for item in info.objects}),
+            poses=sorted({info.pose_id for info in of_split}),
+        )
+    return out

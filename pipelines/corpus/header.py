@@ -1,0 +1,162 @@
+"""corpus.json: what a corpus was made of and how its codes read."""
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipelines.corpus.fields import SHARD_FRAMES, SPLITS, Field, fields_of
+from pipelines.errors import CorpusError
+from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
+
+SCHEMA = "undergrowth corpus"
+SCHEMA_VERSION = 1
+HEADER_NAME = "corpus.json"
+_PACKAGES = ("numpy", "numba", "numcodecs", "scipy")
+_CONVENTIONS = {
+    "world": "right-handed, z up, ground z = 0, metres",
+    "camera": "OpenCV axes: x right, y down, z forward; pixel centres at integers, u = fx*X/Z + cx",
+    "depth": "along the optical axis, uint16 millimetres, 0 = no return",
+    "left and right": "the person's own",
+    "body layer": "equal to the composite where part > 0 and hidden_part == 0, else hidden_depth and hidden_part",
+}
+
+
+@dataclass(frozen=True)
+class Header:
+    """What corpus.json says.
+
+    Attributes:
+        seed: The corpus seed.
+        n_frames: Frames of the whole corpus.
+        height: Image height [px].
+        width: Image width [px].
+        n_dof: Joint angles of the skeleton.
+        config: The resolved configuration as JSON values.
+        labels: Names of joints, bones, joint states, parts, occluder classes and splits, in order of code.
+        software: Versions of what made it.
+        digest: SHA-256 over all of the above.
+    """
+
+    seed: int
+    n_frames: int
+    height: int
+    width: int
+    n_dof: int
+    config: dict
+    labels: dict
+    software: dict
+    digest: str
+
+    @property
+    def n_shards(self) -> int:
+        """Shards of the whole corpus."""
+        return -(-self.n_frames // SHARD_FRAMES)
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        """The stored arrays by name."""
+        return fields_of(self.height, self.width, self.n_dof)
+
+    def frames_of(self, shard: int) -> range:
+        """Frame numbers of a shard."""
+        return range(shard * SHARD_FRAMES, min(self.n_frames, (shard + 1) * SHARD_FRAMES))
+
+
+def label_tables() -> dict:
+    """Names by code, as plain JSON values."""
+    return {
+        "joints": list(JOINT_NAMES),
+        "bones": [list(bone) for bone in BONES],
+        "joint_states": [state.name.lower() for state in JointState],
+        "parts": list(PART_NAMES),
+        "occluders": list(OCCLUDER_CLASSES),
+        "splits": list(SPLITS),
+    }
+
+
+def software_versions() -> dict:
+    """Versions that the bytes of a frame may hang on."""
+    versions = {"undergrowth": _version("undergrowth"), "python": platform.python_version()}
+    return versions | {name: _version(name) for name in _PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "source tree"
+
+
+def plain_json(value: object) -> object:
+    """Turns numpy scalars and arrays into JSON values; for `json.dumps(default=...)`."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{value!r} of type {type(value).__name__} is no JSON value")
+
+
+def build_header(seed: int, n_frames: int, config: dict, size: tuple[int, int], n_dof: int) -> dict:
+    """The document of corpus.json, digest last."""
+    document = {
+        "schema": SCHEMA,
+        "schema_version": SCHEMA_VERSION,
+        "seed": seed,
+        "n_frames": n_frames,
+        "height": size[0],
+        "width": size[1],
+        "n_dof": n_dof,
+        "shard_frames": SHARD_FRAMES,
+        "config": json.loads(json.dumps(config, default=plain_json)),
+        "labels": label_tables(),
+        "conventions": _CONVENTIONS,
+        "software": software_versions(),
+    }
+    return document | {"digest": _digest(document)}
+
+
+def _digest(document: dict) -> str:
+    rest = {key: value for key, value in document.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
+def read_header(root: Path) -> Header:
+    """Reads and checks corpus.json.
+
+    Raises:
+        CorpusError: There is none, it is damaged, or its schema is another.
+    """
+    path = root / HEADER_NAME
+    try:
+        document = json.loads(path.read_bytes())
+    except (FileNotFoundError, NotADirectoryError):
+        raise CorpusError(f"{root} is no corpus: it has no {HEADER_NAME}") from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise CorpusError(f"{path} is damaged: {error}") from None
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise CorpusError(f"{path} is not the header of an undergrowth corpus")
+    version = document.get("schema_version")
+    if version != SCHEMA_VERSION:
+        raise CorpusError(f"{path} has schema version {version}; this program reads version {SCHEMA_VERSION}")
+    if document.get("digest") != _digest(document):
+        raise CorpusError(f"{path} is damaged: its digest does not fit its contents")
+    names = Header.__dataclass_fields__
+    return Header(**{name: document[name] for name in names})
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Writes a text file beside and renames it, so that it is whole or absent."""
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with temporary.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,212 @@
+"""Reads a corpus: frames, arrays of one field, splits, with a sensor's noise on the depth if asked."""
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pipelines.corpus import shards
+from pipelines.corpus.fields import SHARD_FRAMES, SPLITS, body_layer
+from pipelines.corpus.frameinfo import read_infos
+from pipelines.corpus.header import HEADER_NAME, Header, read_header
+from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
+from pipelines.corpus.write import shard_files
+from pipelines.errors import CorpusError
+from synth.camera import Camera
+from synth.frame import Frame, FrameInfo
+
+_SENSOR_STREAM = 0x5E450
+"""Keeps the sensor's random stream apart from those that made the frame."""
+
+
+class Corpus:
+    """A corpus on disk, read frame by frame or field by field.
+
+    Attributes:
+        path: The folder.
+        header: What corpus.json says.
+        indices: (n,) int64, the frame numbers that are there, rising.
+    """
+
+    def __init__(self, path: Path, header: Header, lines: dict[int, ShardLine]) -> None:
+        self.path = path
+        self.header = header
+        self.lines = lines
+        numbers = [np.asarray(header.frames_of(shard), dtype=np.int64) for shard in sorted(lines)]
+        self.indices: NDArray[np.int64] = np.concatenate([np.empty(0, np.int64), *numbers])
+        self._infos = lru_cache(maxsize=8)(self._read_infos)
+
+    @classmethod
+    def open(cls, path: Path | str, allow_incomplete: bool = False) -> "Corpus":
+        """Opens a corpus folder.
+
+        Args:
+            path: The folder that `undergrowth generate` wrote.
+            allow_incomplete: Take the frames of an unfinished corpus that are there.
+
+        Raises:
+            CorpusError: No corpus, another schema version, a damaged header or manifest, unfinished, or splits
+                that share a subject, an object or a pose.
+        """
+        root = Path(path)
+        header = read_header(root)
+        lines = read_manifest(root)
+        for shard, line in lines.items():
+            if not 0 <= shard < header.n_shards or line.n_frames != len(header.frames_of(shard)):
+                raise CorpusError(f"{root / MANIFEST_NAME} is damaged: it names shard {shard} with other frames")
+        if len(lines) < header.n_shards and not allow_incomplete:
+            n_done = sum(line.n_frames for line in lines.values())
+            raise CorpusError(f"{root} is unfinished: {n_done} of {header.n_frames} frames are there")
+        check_splits(root, lines)
+        return cls(root, header, lines)
+
+    def __len__(self) -> int:
+        """Frames that are there."""
+        return len(self.indices)
+
+    def __getitem__(self, index: int) -> Frame:
+        """Frame of that number, as it was made."""
+        return self.frame(index)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over header and manifest, which hold the digests of all else."""
+        parts = (self.path / HEADER_NAME, self.path / MANIFEST_NAME)
+        return hashlib.sha256(b"".join(part.read_bytes() for part in parts)).hexdigest()
+
+    @property
+    def array_names(self) -> tuple[str, ...]:
+        """What `arrays` can be asked for."""
+        return (*self.header.fields, "body_depth", "body_part")
+
+    def split(self, name: str) -> NDArray[np.int64]:
+        """(n,) frame numbers of a split, rising.
+
+        Raises:
+            CorpusError: There is no split of that name.
+        """
+        if name not in SPLITS:
+            raise CorpusError(f"split {name!r} is unknown; known are {', '.join(SPLITS)}")
+        return self.indices[self.arrays("split", self.indices) == SPLITS.index(name)]
+
+    def info(self, index: int) -> FrameInfo:
+        """The record of a frame, without reading its arrays."""
+        return self._record(index)[0]
+
+    def camera(self, index: int) -> Camera:
+        """The camera of a frame."""
+        fx, fy, cx, cy = (float(v) for v in self.arrays("intrinsics", [index])[0])
+        return Camera(self.header.width, self.header.height, fx, fy, cx, cy, self._record(index)[1])
+
+    def arrays(self, name: str, indices: ArrayLike | None = None, sensor: str | None = None) -> np.ndarray:
+        """One field of many frames.
+
+        Args:
+            name: One of `array_names`.
+            indices: (n,) frame numbers, in any order; all of the corpus if None.
+            sensor: For "depth" only: the sensor model to apply.
+
+        Returns:
+            (n, ...) in the field's dtype and unit.
+
+        Raises:
+            CorpusError: Unknown field, frame not there, damaged or missing file.
+        """
+        numbers = self.indices if indices is None else np.atleast_1d(np.asarray(indices, dtype=np.int64))
+        if name in ("body_depth", "body_part"):
+            layers = [self._stored(n, numbers) for n in ("depth", "part", "hidden_depth", "hidden_part")]
+            return body_layer(*layers)[0 if name == "body_depth" else 1]
+        values = self._stored(name, numbers)
+        if sensor is None:
+            return values
+        if name != "depth":
+            raise CorpusError(f"sensor={sensor!r} changes depth alone, not {name}")
+        return np.stack([self._sensed(sensor, int(i), image) for i, image in zip(numbers, values, strict=True)])
+
+    def frame(self, index: int, sensor: str | None = None) -> Frame:
+        """One frame, to the byte as it was made; with a sensor's noise on the composite depth if asked."""
+        number = self._checked(index)
+        values = {name: self._stored(name, np.array([number]))[0] for name in self.header.fields}
+        hidden = values.pop("hidden_depth"), values.pop("hidden_part")
+        body_depth, body_part = body_layer(values["depth"], values["part"], *hidden)
+        del values["intrinsics"], values["split"]
+        if sensor is not None:
+            values["depth"] = self._sensed(sensor, number, values["depth"])
+        return Frame(
+            **values,
+            body_depth=body_depth,
+            body_part=body_part,
+            camera=self.camera(number),
+            info=self.info(number),
+        )
+
+    def frames(self, split: str | None = None, sensor: str | None = None) -> Iterator[Frame]:
+        """All frames, or those of one split, in order of number."""
+        for index in self.indices if split is None else self.split(split):
+            yield self.frame(int(index), sensor)
+
+    def _checked(self, index: int) -> int:
+        number = int(index)
+        if not 0 <= number < self.header.n_frames:
+            raise IndexError(f"frame {number} is not in 0..{self.header.n_frames - 1}")
+        if number // SHARD_FRAMES not in self.lines:
+            raise CorpusError(f"frame {number} of {self.path} is not finished")
+        return number
+
+    def _stored(self, name: str, numbers: NDArray[np.int64]) -> np.ndarray:
+        fields = self.header.fields
+        if name not in fields:
+            raise CorpusError(f"array {name!r} is unknown; known are {', '.join(self.array_names)}")
+        item = fields[name]
+        out = np.empty((len(numbers), *item.shape), dtype=item.dtype)
+        shard_of = numbers // SHARD_FRAMES
+        for shard in np.unique(shard_of).tolist():
+            rows = np.flatnonzero(shard_of == shard)
+            for row in rows:
+                self._checked(int(numbers[row]))
+            slots = (numbers[rows] - shard * SHARD_FRAMES).tolist()
+            path = shard_files(self.path, self.header, shard)[name]
+            if item.is_image:
+                out[rows] = shards.read_maps(path, item, slots, shard * SHARD_FRAMES)
+            else:
+                out[rows] = shards.read_plain(path, item)[slots]
+        return out
+
+    def _read_infos(self, shard: int) -> list[tuple[FrameInfo, str]]:
+        infos = read_infos(shard_files(self.path, self.header, shard)["info"], self.header.seed)
+        if [info.index for info, _ in infos] != list(self.header.frames_of(shard)):
+            raise CorpusError(f"the frame records of shard {shard} of {self.path} are damaged: other frames")
+        return infos
+
+    def _record(self, index: int) -> tuple[FrameInfo, str]:
+        number = self._checked(index)
+        return self._infos(number // SHARD_FRAMES)[number % SHARD_FRAMES]
+
+    def _sensed(self, sensor: str, index: int, depth: np.ndarray) -> np.ndarray:
+        from synth.render.sensors import apply_sensor
+
+        rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
+        return apply_sensor(sensor, depth, self.camera(index), rng)
+
+
+def check_splits(root: Path, lines: dict[int, ShardLine]) -> None:
+    """Refuses splits that share a subject, an object or a pose.
+
+    Raises:
+        CorpusError: Naming the first that is shared.
+    """
+    for kind in ("subjects", "objects", "poses"):
+        owner: dict[str, str] = {}
+        for split, name in _ids(lines.values(), kind):
+            if owner.setdefault(name, split) != split:
+                raise CorpusError(f"{root} shares {kind[:-1]} {name} between the splits {owner[name]} and {split}")
+
+
+def _ids(lines: Iterable[ShardLine], kind: str) -> Iterator[tuple[str, str]]:
+    for line in lines:
+        for split, ids in line.splits.items():
+            for name in getattr(ids, kind):
+                yield split, name

@@ -1,0 +1,147 @@
+"""Runs an order to its end: the missing shards one after another, in this process or in several."""
+
+import concurrent.futures
+import errno
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from pipelines.corpus.folder import Order, finished_shards, locked_folder, prepare_folder
+from pipelines.corpus.header import Header
+from pipelines.corpus.manifest import ShardLine, append_line, rewrite_manifest
+from pipelines.corpus.write import FrameSource, write_shard
+from pipelines.errors import UserError
+
+Progress = Callable[[int, int], object]
+"""Called with the frames finished so far, those of earlier runs included, and those finished by earlier runs."""
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def write_corpus(root: Path, order: Order, workers: int = 1, progress: Progress | None = None) -> Header:
+    """Makes the corpus ordered, going on where an earlier run of the same order stopped.
+
+    Args:
+        root: The folder; made if it is not there.
+        order: What to make.
+        workers: Processes; 1 works in this one. The files' bytes do not depend on it.
+        progress: Told of every frame (one process) or shard (several).
+
+    Returns:
+        The finished corpus' header.
+
+    Raises:
+        UserError: The folder is another's or in use, the disk is full, or a worker died.
+    """
+    if workers < 1:
+        raise UserError(f"workers={workers} must be at least 1")
+    if root.exists() and not root.is_dir():
+        raise UserError(f"{root} is a file, not a folder")
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with locked_folder(root):
+            header = prepare_folder(root, order)
+            lines = finished_shards(root, header)
+            missing = [shard for shard in range(header.n_shards) if shard not in lines]
+            count = _Counter(sum(line.n_frames for line in lines.values()), progress)
+            if workers == 1 or len(missing) < 2:
+                running = _in_this_process(root, header, order, missing, count)
+            else:
+                running = _in_processes(root, header, order, missing, min(workers, len(missing)), count)
+            for line in running:
+                append_line(root, line)
+                lines[line.shard] = line
+            rewrite_manifest(root, lines)
+    except OSError as error:
+        if error.errno in _FULL:
+            raise UserError(
+                f"the disk that holds {root} is full ({error.strerror}); free space and run the same command again"
+            ) from None
+        raise UserError(f"cannot write {root}: {error.strerror or error}") from None
+    return header
+
+
+class _Counter:
+    """Counts finished frames for the progress callback."""
+
+    def __init__(self, n_done: int, progress: Progress | None) -> None:
+        self.n_earlier = n_done
+        self.n_done = n_done
+        self.progress = progress
+        self.add(0)
+
+    def add(self, n_frames: int = 1) -> None:
+        self.n_done += n_frames
+        if self.progress is not None:
+            self.progress(self.n_done, self.n_earlier)
+
+
+def _in_this_process(
+    root: Path, header: Header, order: Order, missing: list[int], count: _Counter
+) -> Iterator[ShardLine]:
+    source = order.make_source() if missing else None
+    for shard in missing:
+        assert source is not None
+        yield write_shard(root, header, source, shard, on_frame=count.add)
+
+
+def _in_processes(  # noqa: PLR0917
+    root: Path, header: Header, order: Order, missing: list[int], workers: int, count: _Counter
+) -> Iterator[ShardLine]:
+    """Hands shards to processes, two a worker in flight; only this process writes the manifest."""
+    context = multiprocessing.get_context("spawn")
+    executor = ProcessPoolExecutor(workers, context, _start_worker, (root, header, order))
+    waiting = iter(missing)
+    running: set[Future[ShardLine]] = set()
+    try:
+        while True:
+            for shard in waiting:
+                running.add(executor.submit(_work, shard))
+                if len(running) >= 2 * workers:
+                    break
+            if not running:
+                break
+            done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+            for future in done:
+                line = future.result()
+                count.add(line.n_frames)
+                yield line
+    except BrokenProcessPool:
+        raise UserError(
+            "a worker process died (killed, or out of memory); run the same command to go on"
+        ) from None
+    finally:
+        processes = list((executor._processes or {}).values())
+        executor.shutdown(wait=not running, cancel_futures=True)
+        for process in processes:
+            if process.is_alive() and running:
+                process.terminate()
+
+
+_worker: tuple[Path, Header, FrameSource] | None = None
+
+
+def _start_worker(root: Path, header: Header, order: Order) -> None:
+    global _worker  # noqa: PLW0603 - what a worker process keeps between its shards
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _worker = (root, header, order.make_source())
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    multiprocessing.connection.wait([parent.sentinel])
+    os._exit(1)
+
+
+def _work(shard: int) -> ShardLine:
+    assert _worker is not None
+    root, header, source = _worker
+    return write_shard(root, header, source, shard)

@@ -1,0 +1,132 @@
+"""A corpus gives back what was written, to zarr as to us, and refuses what is not whole."""
+
+import json
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+import zarr
+from toy_source import ToySource
+
+from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus.fields import hidden_layer
+from pipelines.errors import CorpusError, UserError
+
+
+def assert_same_frame(left, right):
+    for item in fields(left):
+        a, b = getattr(left, item.name), getattr(right, item.name)
+        if isinstance(a, np.ndarray):
+            assert a.dtype == b.dtype, item.name
+            assert a.tobytes() == b.tobytes(), item.name
+        else:
+            assert a == b, item.name
+
+
+def test_frames_come_back_as_they_were_made(toy_corpus):
+    source = ToySource(3, 200)
+    for index in (0, 1, 63, 64, 130, 199):
+        assert_same_frame(toy_corpus[index], source.frame(index))
+
+
+def test_zarr_reads_the_same_arrays(toy_corpus):
+    group = zarr.open_group(toy_corpus.path / "arrays.zarr", mode="r")
+    assert sorted(group.array_keys()) == sorted(toy_corpus.header.fields)
+    for name in toy_corpus.header.fields:
+        theirs = group[name][:]
+        assert theirs.shape[0] == 200
+        np.testing.assert_array_equal(theirs, toy_corpus.arrays(name))
+
+
+def test_arrays_come_in_the_order_asked(toy_corpus):
+    asked = [150, 3, 70, 3]
+    for name in ("depth", "joints", "body_depth", "body_part"):
+        got = toy_corpus.arrays(name, asked)
+        for row, index in enumerate(asked):
+            expected = getattr(toy_corpus[index], name)
+            np.testing.assert_array_equal(got[row], expected)
+
+
+def test_splits_cover_the_corpus_and_do_not_meet(toy_corpus):
+    parts = [toy_corpus.split(name) for name in ("train", "val", "test")]
+    assert sorted(np.concatenate(parts).tolist()) == list(range(200))
+    assert [frame.info.index for frame in toy_corpus.frames("test")] == parts[2].tolist()
+    with pytest.raises(CorpusError, match="known are train, val, test"):
+        toy_corpus.split("dev")
+
+
+def test_a_body_that_differs_under_the_composite_is_kept(toy_corpus):
+    frame = toy_corpus[1]
+    odd = frame.body_depth.copy()
+    odd[frame.part > 0] += 5
+    hidden = hidden_layer(replace(frame, body_depth=odd))
+    assert (hidden[0] == odd).all()
+    with pytest.raises(ValueError, match="body layer has none"):
+        hidden_layer(replace(frame, body_part=frame.body_part * 0))
+
+
+def test_unknown_names_and_frames_are_named(toy_corpus):
+    with pytest.raises(CorpusError, match="'deep' is unknown; known are depth, part"):
+        toy_corpus.arrays("deep")
+    with pytest.raises(IndexError, match=r"0\.\.199"):
+        toy_corpus[200]
+    with pytest.raises(CorpusError, match="depth alone"):
+        toy_corpus.arrays("part", [0], sensor="kinect_v2")
+
+
+def edit_header(root, **values):
+    path = root / "corpus.json"
+    document = json.loads(path.read_text()) | values
+    path.write_text(json.dumps(document))
+
+
+def test_another_schema_or_a_damaged_header_is_refused(tmp_path, order):
+    write_corpus(tmp_path / "c", order(5))
+    edit_header(tmp_path / "c", schema_version=99)
+    with pytest.raises(CorpusError, match="schema version 99; this program reads version 1"):
+        Corpus.open(tmp_path / "c")
+    edit_header(tmp_path / "c", schema_version=1, n_frames=4)
+    with pytest.raises(CorpusError, match="digest"):
+        Corpus.open(tmp_path / "c")
+    (tmp_path / "c" / "corpus.json").write_text("{")
+    with pytest.raises(CorpusError, match="damaged"):
+        Corpus.open(tmp_path / "c")
+    with pytest.raises(CorpusError, match="no corpus"):
+        Corpus.open(tmp_path)
+
+
+def test_an_unfinished_corpus_needs_leave(tmp_path, order):
+    write_corpus(tmp_path / "c", order(130))
+    manifest = tmp_path / "c" / "manifest.jsonl"
+    lines = manifest.read_text().splitlines(keepends=True)
+    manifest.write_text(lines[0] + lines[2] + lines[1][:50])
+    with pytest.raises(CorpusError, match="unfinished: 66 of 130"):
+        Corpus.open(tmp_path / "c")
+    corpus = Corpus.open(tmp_path / "c", allow_incomplete=True)
+    assert len(corpus) == 66
+    assert corpus.arrays("joints").shape == (66, 15, 3)
+    assert corpus[129].info.index == 129
+    with pytest.raises(CorpusError, match="not finished"):
+        corpus[70]
+
+
+class Leaky(ToySource):
+    def frame(self, index):
+        frame = super().frame(index)
+        return replace(frame, info=replace(frame.info, subject_id="subject/0001"))
+
+
+def test_splits_that_share_a_subject_are_refused(tmp_path, order):
+    write_corpus(tmp_path / "c", replace(order(40), make_source=lambda: Leaky(3, 40)))
+    with pytest.raises(CorpusError, match="shares subject subject/0001 between the splits"):
+        Corpus.open(tmp_path / "c")
+
+
+def test_orders_out_of_range_are_refused(tmp_path, order):
+    with pytest.raises(UserError, match="n_frames=0 must be at least 1"):
+        order(0)
+    with pytest.raises(UserError, match="workers=0"):
+        write_corpus(tmp_path / "c", order(5), workers=0)
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(UserError, match="is a file"):
+        write_corpus(tmp_path / "file", order(5))
