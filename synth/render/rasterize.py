@@ -1,121 +1,27 @@
-"""The default renderer: a z-buffer in numba on one core, and the records that every renderer takes and gives."""
+"""The default renderer: a z-buffer in numba on one core."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.geometry import LabelledMesh
-from synth.render import kernels
-from synth.vocabulary import N_PARTS, OCCLUDER_CLASSES
+from synth.render import draw, kernels, layers
+from synth.render.records import (
+    DEPTH_MAX_MM,
+    MAX_INSTANCES,
+    NEAR,
+    RenderedPair,
+    RenderObject,
+    check_body,
+    check_mesh,
+    check_near,
+    check_objects,
+)
 
-NEAR = 0.25
-"""Default near plane [m]: nothing closer is drawn."""
-DEPTH_MAX_MM = 65535
-"""Greatest depth that uint16 millimetres hold; what lies beyond counts as nothing."""
-MAX_INSTANCES = 255
-"""Object numbers are stored in uint8, 0 is none."""
-
-
-@dataclass(frozen=True)
-class RenderObject:
-    """An object of the scene.
-
-    Attributes:
-        mesh: Its surface in its own frame; the face labels are not used.
-        class_code: Code of its class in `OCCLUDER_CLASSES`.
-        instance: Its number in the frame, 1..255, unique.
-        T_world_mesh: (4, 4) float64.
-    """
-
-    mesh: LabelledMesh
-    class_code: int
-    instance: int
-    T_world_mesh: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.instance <= MAX_INSTANCES:
-            raise ValueError(
-                f"instance={self.instance} must be in 1..{MAX_INSTANCES}: a frame holds at most {MAX_INSTANCES} objects"
-            )
-        if not 1 <= self.class_code < len(OCCLUDER_CLASSES):
-            raise ValueError(
-                f"class_code={self.class_code} must be in 1..{len(OCCLUDER_CLASSES) - 1}, "
-                f"the codes of {', '.join(OCCLUDER_CLASSES[1:])}"
-            )
-
-
-@dataclass(frozen=True)
-class RenderedPair:
-    """Two layers of one scene: what the camera sees, and the person without the objects.
-
-    Attributes:
-        depth: (height, width) uint16 composite depth along the optical axis [mm], 0 = nothing.
-        part: (height, width) uint8 composite body part 1..31, 0 elsewhere.
-        occluder: (height, width) uint8 composite class code, 0 elsewhere.
-        instance: (height, width) uint8 composite object number, 0 elsewhere.
-        body_depth: (height, width) uint16 depth of the person alone [mm].
-        body_part: (height, width) uint8 parts of the person alone.
-        object_pixels: (largest instance + 1,) int64 pixels that each object covers when it is drawn alone,
-            by instance; 0 for numbers that the frame does not use.
-    """
-
-    depth: NDArray[np.uint16]
-    part: NDArray[np.uint8]
-    occluder: NDArray[np.uint8]
-    instance: NDArray[np.uint8]
-    body_depth: NDArray[np.uint16]
-    body_part: NDArray[np.uint8]
-    object_pixels: NDArray[np.int64]
-
-
-def check_objects(objects: Sequence[RenderObject]) -> None:
-    """Refuses objects that share a number.
-
-    Raises:
-        ValueError: Names the number.
-    """
-    seen: set[int] = set()
-    for item in objects:
-        if item.instance in seen:
-            raise ValueError(f"instance={item.instance} is given twice, each object needs a number of its own")
-        seen.add(item.instance)
-
-
-def check_mesh(mesh: LabelledMesh, name: str) -> None:
-    """Refuses a mesh that the kernels cannot draw safely.
-
-    Args:
-        mesh: The mesh.
-        name: What the error calls it.
-
-    Raises:
-        ValueError: A face names a vertex that does not exist, or a coordinate is not finite.
-    """
-    if len(mesh.faces):
-        low, high = int(mesh.faces.min()), int(mesh.faces.max())
-        if low < 0 or high >= len(mesh.vertices):
-            raise ValueError(
-                f"{name} has faces with vertex indices {low}..{high}, must be in 0..{len(mesh.vertices) - 1}"
-            )
-    if not math.isfinite(float(mesh.vertices.sum(dtype=np.float64))):
-        raise ValueError(f"{name} has a vertex coordinate that is not finite")
-
-
-def check_body(body: LabelledMesh) -> None:
-    """Refuses a body that cannot be drawn, or whose faces are not labelled 1..31.
-
-    Raises:
-        ValueError: Says which.
-    """
-    check_mesh(body, "body mesh")
-    if len(body.face_label) and not (body.face_label.min() >= 1 and body.face_label.max() <= N_PARTS):
-        raise ValueError(
-            f"body mesh has face labels {body.face_label.min()}..{body.face_label.max()}, must be in 1..{N_PARTS}"
-        )
+__all__ = ["NEAR", "RenderObject", "RenderedPair", "Renderer"]
 
 
 class Renderer:
@@ -132,11 +38,10 @@ class Renderer:
         near: Near plane [m].
     """
 
-    description = "numba z-buffer on the CPU, one core"
+    description: str = "numba z-buffer on the CPU, one core"
 
     def __init__(self, camera: Camera, near: float = NEAR) -> None:
-        if not 0.01 <= near <= 10.0:
-            raise ValueError(f"near={near} must be in 0.01..10 m")
+        check_near(near)
         self.camera = camera
         self.near = near
         self._view = kernels.View(
@@ -188,7 +93,7 @@ class Renderer:
             check_mesh(item.mesh, f"mesh of object {item.instance}")
             code = np.full(len(item.mesh.faces), kernels.OBJECT_CODE + item.instance, np.int32)
             drawn = self._draw(self._alone, item.mesh, code, T_camera_world @ item.T_world_mesh)
-            object_pixels[item.instance] = kernels.merge_object(
+            object_pixels[item.instance] = layers.merge_object(
                 self._composite, self._alone, self.camera.width, drawn, self._least
             )
             class_of_instance[item.instance] = item.class_code
@@ -203,12 +108,12 @@ class Renderer:
         Returns:
             Two (height, width) float32 [m], 0 = nothing.
         """
-        layers = []
+        images = []
         for packed in (self._composite, self._body):
             depth = np.empty(packed.size, np.float32)
-            kernels.unpack_metres(packed, self._metres, self._least, depth)
-            layers.append(depth.reshape(self.camera.height, self.camera.width))
-        return layers[0], layers[1]
+            layers.unpack_metres(packed, self._metres, self._least, depth)
+            images.append(depth.reshape(self.camera.height, self.camera.width))
+        return images[0], images[1]
 
     @staticmethod
     def _empty_bounds() -> NDArray[np.int64]:
@@ -226,7 +131,7 @@ class Renderer:
             self._work = kernels.allocate_work(
                 max(n_vertices, len(self._work.x)), max(n_faces, len(self._work.kept))
             )
-        kernels.draw_mesh(
+        draw.draw_mesh(
             buffer,
             np.ascontiguousarray(mesh.vertices, dtype=np.float32),
             np.ascontiguousarray(mesh.faces, dtype=np.int32),
@@ -244,7 +149,7 @@ class Renderer:
         shape = (self.camera.height, self.camera.width)
         depth = np.zeros(shape, np.uint16)
         part, occluder, instance = (np.zeros(shape, np.uint8) for _ in range(3))
-        kernels.unpack(
+        layers.unpack(
             packed,
             bounds,
             self.camera.width,
