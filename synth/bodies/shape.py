@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class BodySpec:
-    """A person's measures (placeholder fields; grows with the shape model).
+    """A person's measures.
 
     Attributes:
         stature: Standing height without shoes [m].
