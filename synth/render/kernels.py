@@ -143,10 +143,10 @@ def select_faces(faces: NDArray[np.int32], is_culled: bool, width: int, height: 
         x0, x1, x2 = np.int64(work.x[i]), np.int64(work.x[j]), np.int64(work.x[k])
         y0, y1, y2 = np.int64(work.y[i]), np.int64(work.y[j]), np.int64(work.y[k])
         area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-        left = max((min(x0, x1, x2) + 255) >> 8, 0)
-        right = min(max(x0, x1, x2) >> 8, width - 1)
-        top = max((min(y0, y1, y2) + 255) >> 8, 0)
-        bottom = min(max(y0, y1, y2) >> 8, height - 1)
+        left = max(int((min(x0, x1, x2) + 255) >> 8), 0)
+        right = min(int(max(x0, x1, x2) >> 8), width - 1)
+        top = max(int((min(y0, y1, y2) + 255) >> 8), 0)
+        bottom = min(int(max(y0, y1, y2) >> 8), height - 1)
         is_turned = (area < 0) | ((area > 0) & (not is_culled))
         work.kept[n_kept] = f
         n_kept += int(is_turned & (left <= right) & (top <= bottom))
@@ -219,10 +219,10 @@ def fill_triangle(
         q_high: Greatest q of the corners.
         code: int32 label code.
     """
-    left = max((min(x0, x1, x2) + 255) >> 8, 0)
-    right = min(max(x0, x1, x2) >> 8, width - 1)
-    top = max((min(y0, y1, y2) + 255) >> 8, 0)
-    bottom = min(max(y0, y1, y2) >> 8, height - 1)
+    left = max(int((min(x0, x1, x2) + 255) >> 8), 0)
+    right = min(int(max(x0, x1, x2) >> 8), width - 1)
+    top = max(int((min(y0, y1, y2) + 255) >> 8), 0)
+    bottom = min(int(max(y0, y1, y2) >> 8), height - 1)
     a0, b0, c0 = edge(x0, y0, x1, y1)
     a1, b1, c1 = edge(x1, y1, x2, y2)
     a2, b2, c2 = edge(x2, y2, x0, y0)
@@ -253,10 +253,10 @@ def fill_triangle(
                 last = min(last, e // -a)
             elif e < 0:
                 last = first - 1
-        q_row = np.float32(q_start + q_v * y + q_u * first + 0.5)
+        q_first = np.float32(q_start + q_v * y + q_u * first + 0.5)
         base = y * width + first
         for step in range(last - first + 1):
-            q = min(max(np.int32(q_row + slope * np.float32(np.int32(step))), low), high)
+            q = min(max(np.int32(q_first + slope * np.float32(np.int32(step))), low), high)
             index = np.uint64(base + step)
             buffer[index] = max(buffer[index], np.int32(np.int32(q << CODE_BITS) | code))
 
