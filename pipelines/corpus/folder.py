@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipelines.corpus import shards
-from pipelines.corpus.header import HEADER_NAME, Header, build_header, read_header, write_atomically
+from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header, write_atomically
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, shard_files
 from pipelines.errors import UserError
@@ -23,6 +23,7 @@ class Order:
         seed: The corpus seed.
         n_frames: How many frames, at least 1.
         config: Resolved configuration as JSON values; saved, and compared when going on.
+        angles: Names and limits of the skeleton's joint angles; saved.
         make_source: Makes the frame source; must be picklable for several workers.
     """
 
@@ -30,6 +31,7 @@ class Order:
     n_frames: int
     config: dict
     make_source: Callable[[], FrameSource] = field(repr=False)
+    angles: Angles = ()
 
     def __post_init__(self) -> None:
         if self.n_frames < 1:
@@ -67,7 +69,8 @@ def prepare_folder(root: Path, order: Order) -> Header:
         if foreign:
             raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
         frame = order.make_source().frame(0)
-        document = build_header(order.seed, order.n_frames, order.config, frame.depth.shape, len(frame.angles))
+        size = frame.depth.shape
+        document = build_header(order.seed, order.n_frames, order.config, order.angles, size, len(frame.angles))
         write_atomically(root / HEADER_NAME, json.dumps(document, indent=1) + "\n")
     header = read_header(root)
     _refuse_other_order(root, header, order)
@@ -76,7 +79,8 @@ def prepare_folder(root: Path, order: Order) -> Header:
 
 
 def _refuse_other_order(root: Path, header: Header, order: Order) -> None:
-    asked = build_header(order.seed, order.n_frames, order.config, (header.height, header.width), header.n_dof)
+    size = (header.height, header.width)
+    asked = build_header(order.seed, order.n_frames, order.config, order.angles, size, header.n_dof)
     for name in ("seed", "n_frames", "config", "labels", "software"):
         there, here = getattr(header, name), asked[name]
         if there != here:

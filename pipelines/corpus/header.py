@@ -18,6 +18,9 @@ SCHEMA = "undergrowth corpus"
 SCHEMA_VERSION = 1
 HEADER_NAME = "corpus.json"
 _PACKAGES = ("numpy", "numba", "numcodecs", "scipy")
+Angles = tuple[tuple[str, float, float], ...]
+"""Name, lower and upper limit [rad] of each joint angle of the skeleton; empty if it has none to tell."""
+
 _CONVENTIONS = {
     "world": "right-handed, z up, ground z = 0, metres",
     "camera": "OpenCV axes: x right, y down, z forward; pixel centres at integers, u = fx*X/Z + cx",
@@ -38,7 +41,8 @@ class Header:
         width: Image width [px].
         n_dof: Joint angles of the skeleton.
         config: The resolved configuration as JSON values.
-        labels: Names of joints, bones, joint states, parts, occluder classes and splits, in order of code.
+        labels: Names of joints, bones, joint states, parts, occluder classes and splits, in order of code; names
+            and limits of the joint angles.
         software: Versions of what made it.
         digest: SHA-256 over all of the above.
     """
@@ -100,7 +104,9 @@ def plain_json(value: object) -> object:
     raise TypeError(f"{value!r} of type {type(value).__name__} is no JSON value")
 
 
-def build_header(seed: int, n_frames: int, config: dict, size: tuple[int, int], n_dof: int) -> dict:
+def build_header(  # noqa: PLR0917
+    seed: int, n_frames: int, config: dict, angles: Angles, size: tuple[int, int], n_dof: int
+) -> dict:
     """The document of corpus.json, digest last."""
     document = {
         "schema": SCHEMA,
@@ -112,7 +118,7 @@ def build_header(seed: int, n_frames: int, config: dict, size: tuple[int, int], 
         "n_dof": n_dof,
         "shard_frames": SHARD_FRAMES,
         "config": json.loads(json.dumps(config, default=plain_json)),
-        "labels": label_tables(),
+        "labels": label_tables() | {"angles": [list(angle) for angle in angles]},
         "conventions": _CONVENTIONS,
         "software": software_versions(),
     }

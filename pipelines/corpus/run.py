@@ -1,7 +1,9 @@
 """Runs an order to its end: the missing shards one after another, in this process or in several."""
 
 import concurrent.futures
+import contextlib
 import errno
+import itertools
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -101,10 +103,9 @@ def _in_processes(  # noqa: PLR0917
     running: set[Future[ShardLine]] = set()
     try:
         while True:
-            for shard in waiting:
-                running.add(executor.submit(_work, shard))
-                if len(running) >= 2 * workers:
-                    break
+            with _interrupts_ignored():
+                for shard in itertools.islice(waiting, 2 * workers - len(running)):
+                    running.add(executor.submit(_work, shard))
             if not running:
                 break
             done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
@@ -124,12 +125,24 @@ def _in_processes(  # noqa: PLR0917
                 process.terminate()
 
 
+@contextlib.contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Processes started in here do not see Ctrl-C, which is this process's to handle."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
 _worker: tuple[Path, Header, FrameSource] | None = None
 
 
 def _start_worker(root: Path, header: Header, order: Order) -> None:
     global _worker  # noqa: PLW0603 - what a worker process keeps between its shards
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _worker = (root, header, order.make_source())
 

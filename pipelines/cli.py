@@ -1,0 +1,125 @@
+"""The command `undergrowth`: picks a subcommand, reads its settings, turns user errors into one line."""
+
+import importlib
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+
+@dataclass(frozen=True)
+class Command:
+    """One subcommand.
+
+    Attributes:
+        module: Where its settings class lives; imported only when the command is asked for.
+        settings: Name of that class: a dataclass with `run() -> int`, and `from_toml` if it takes --config.
+        summary: One line of help.
+    """
+
+    module: str
+    settings: str
+    summary: str
+
+
+class Runnable(Protocol):
+    """Settings of a command, ready to run."""
+
+    def run(self) -> int:
+        """Runs it and returns the exit code."""
+        ...
+
+
+COMMANDS = {
+    "demo": Command("pipelines.demo", "DemoSettings", "make a small corpus and its contact sheet"),
+    "generate": Command("pipelines.generate", "GenerateSettings", "make a corpus of labelled depth frames"),
+    "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
+    "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
+}
+
+
+def usage() -> str:
+    """The help text."""
+    lines = ["usage: undergrowth COMMAND [OPTIONS]", "", "commands:"]
+    lines += [f"  {name:<10} {command.summary}" for name, command in COMMANDS.items()]
+    lines += ["", "undergrowth COMMAND --help lists its options."]
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command line.
+
+    Returns:
+        The exit code: 0, 1 for a user error, 2 for a wrong command line, 130 after Ctrl-C.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or words[0] in ("-h", "--help"):
+        print(usage())
+        return 0 if words else 2
+    if words[0] not in COMMANDS:
+        print(
+            f"undergrowth: error: unknown command {words[0]!r}; known are {', '.join(COMMANDS)}", file=sys.stderr
+        )
+        return 2
+    _one_thread_for_small_matrices()
+    _log_to_stdout()
+    from pipelines.errors import UserError
+
+    try:
+        return _settings(words[0], words[1:]).run()
+    except UserError as error:
+        print(f"undergrowth: error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("undergrowth: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        return 1
+
+
+def _settings(name: str, words: list[str]) -> Runnable:
+    """Settings of a command out of its words, over those of a TOML file."""
+    import tyro
+
+    from pipelines.errors import UserError
+
+    command = COMMANDS[name]
+    cls: Any = getattr(importlib.import_module(command.module), command.settings)
+    path = _config_path(words) if hasattr(cls, "from_toml") else None
+    default: dict[str, Any] = {} if path is None else {"default": cls.from_toml(path)}
+    try:
+        return tyro.cli(cls, args=words, prog=f"undergrowth {name}", **default)
+    except (TypeError, ValueError) as error:
+        raise UserError(str(error)) from None
+
+
+def _config_path(words: list[str]) -> Path | None:
+    for place, word in enumerate(words):
+        if word == "--config" and place + 1 < len(words):
+            return Path(words[place + 1])
+        if word.startswith("--config="):
+            return Path(word.removeprefix("--config="))
+    return None
+
+
+def _one_thread_for_small_matrices() -> None:
+    """Keeps BLAS to one thread: our matrices are small, and threads would take the cores of the workers."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+def _log_to_stdout() -> None:
+    handler = logging.StreamHandler(sys.stdout)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    package = logging.getLogger("pipelines")
+    package.handlers[:] = [handler]
+    package.setLevel(logging.INFO)
+    package.propagate = False
+
+
+if __name__ == "__main__":
+    sys.exit(main())
