@@ -60,19 +60,19 @@ def incidence_cosine(disparity: NDArray[np.float32], camera: Camera) -> NDArray[
 
 @njit(cache=True, nogil=True)
 def _slope(w: float, before: float, after: float) -> float:
-    """Change of inverse depth a step: the mean of both sides, or the one side where the other jumps by 5 %."""
-    limit = 0.05 * w
+    """Change of inverse depth a step.
+
+    Both sides agree on a plane, however steep, and their mean is taken. Where they do not, one of them looks
+    across an edge, and the flatter one is taken; on a ridge narrower than the step, or beside no return, none.
+    """
     left = w - before
     right = after - w
-    is_left = abs(left) < limit
-    is_right = abs(right) < limit
-    if is_left and is_right:
+    if abs(left - right) < 0.02 * w + 0.25 * max(abs(left), abs(right)):
         return 0.5 * (left + right)
-    if is_left:
-        return left
-    if is_right:
-        return right
-    return 0.0
+    flatter = left if abs(left) < abs(right) else right
+    if abs(flatter) > 0.3 * w or (left * right < 0.0 and abs(flatter) > 0.02 * w):
+        return 0.0
+    return flatter
 
 
 @njit(cache=True, nogil=True)
@@ -99,7 +99,7 @@ def _incidence_cosine(disparity: NDArray[np.float32], camera: _Intrinsics, cosin
 
 @njit(cache=True, nogil=True)
 def bend(cosine: float) -> float:
-    """Gives theta / (pi/2 - theta), by which published noise grows with the angle theta; held beyond 86 degrees."""
+    """Gives theta / (pi/2 - theta), by which published noise grows with the angle; held beyond 86 degrees."""
     theta = min(math.acos(cosine), 1.5)
     return theta / (0.5 * math.pi - theta)
 

@@ -170,6 +170,8 @@ def _quantize(
             if seen[v, u] <= 0.0:
                 continue
             z = view.scale / seen[v, u]
+            if not view.depth_range[0] <= z <= view.depth_range[1]:
+                continue
             sigma_z = view.axial[0] + view.axial[1] * (z - view.axial[2]) ** 2  # Nguyen et al. 2012, eq. (2)
             sigma_z += view.axial_angle / math.sqrt(z) * lean[v, u] ** 2  # and eq. (3)
             # sigma_z = z^2 / (f b) sigma_d (Khoshelham and Elberink 2012, section 3.2). The published sigma_z
