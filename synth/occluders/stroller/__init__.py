@@ -1,0 +1,1 @@
+"""Strollers in three builds: umbrella, pram, three-wheeler."""
