@@ -10,6 +10,7 @@ import tyro
 from tqdm import tqdm
 
 from pipelines.corpus import Header, Order, write_corpus
+from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
 from synth.bodies.skeleton import DOFS
 from synth.scene import FrameSource, SceneConfig
@@ -48,17 +49,30 @@ class GenerateSettings:
 
     def run(self) -> int:
         """Generates the corpus."""
-        generate(self.out, self.order(), self.workers)
+        order = self.order()
+        log.info("renderer: %s", order.make_source().description)
+        generate(self.out, order, self.workers)
         log.info("%d frames in %s", self.frames, self.out)
         return 0
 
-    def order(self) -> Order:
+    def order(self) -> Order[FrameSource]:
         """What `write_corpus` is to make."""
-        log.info("renderer: %s", self.renderer)
-        make = functools.partial(FrameSource, self.scene, self.seed, self.frames, renderer=self.renderer)
+        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer)
         angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
         config = {"renderer": self.renderer, "scene": asdict(self.scene)}
         return Order(self.seed, self.frames, config, make, angles)
+
+
+def make_source(scene: SceneConfig, seed: int, n_frames: int, renderer: str) -> FrameSource:
+    """The frames of a corpus.
+
+    Raises:
+        UserError: The renderer's library or device is missing.
+    """
+    try:
+        return FrameSource(scene, seed, n_frames, renderer)
+    except (ImportError, RuntimeError) as error:
+        raise UserError(f"renderer {renderer} does not start: {error}") from error
 
 
 @dataclass(frozen=True)

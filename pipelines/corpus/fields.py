@@ -122,5 +122,5 @@ def stored_values(frame: Frame) -> dict[str, np.ndarray]:
         "T_world_root": frame.T_world_root,
         "T_world_camera": frame.T_world_camera,
         "intrinsics": np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
-        "split": np.uint8(SPLITS.index(frame.info.split)),
+        "split": np.array(SPLITS.index(frame.info.split), dtype=np.uint8),
     }

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
 from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header, write_atomically
@@ -14,9 +15,11 @@ from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, shard_files
 from pipelines.errors import UserError
 
+SourceT = TypeVar("SourceT", bound=FrameSource, covariant=True)
+
 
 @dataclass(frozen=True)
-class Order:
+class Order(Generic[SourceT]):
     """A corpus to be made.
 
     Attributes:
@@ -30,7 +33,7 @@ class Order:
     seed: int
     n_frames: int
     config: dict
-    make_source: Callable[[], FrameSource] = field(repr=False)
+    make_source: Callable[[], SourceT] = field(repr=False)
     angles: Angles = ()
 
     def __post_init__(self) -> None:

@@ -104,7 +104,7 @@ def plain_json(value: object) -> object:
     raise TypeError(f"{value!r} of type {type(value).__name__} is no JSON value")
 
 
-def build_header(  # noqa: PLR0917
+def build_header(
     seed: int, n_frames: int, config: dict, angles: Angles, size: tuple[int, int], n_dof: int
 ) -> dict:
     """The document of corpus.json, digest last."""

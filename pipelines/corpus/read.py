@@ -38,6 +38,7 @@ class Corpus:
         numbers = [np.asarray(header.frames_of(shard), dtype=np.int64) for shard in sorted(lines)]
         self.indices: NDArray[np.int64] = np.concatenate([np.empty(0, np.int64), *numbers])
         self._infos = lru_cache(maxsize=8)(self._read_infos)
+        self._plain = lru_cache(maxsize=4 * len(header.fields))(shards.read_plain)
 
     @classmethod
     def open(cls, path: Path | str, allow_incomplete: bool = False) -> "Corpus":
@@ -172,7 +173,7 @@ class Corpus:
             if item.is_image:
                 out[rows] = shards.read_maps(path, item, slots, shard * SHARD_FRAMES)
             else:
-                out[rows] = shards.read_plain(path, item)[slots]
+                out[rows] = self._plain(path, item)[slots]
         return out
 
     def _read_infos(self, shard: int) -> list[tuple[FrameInfo, str]]:

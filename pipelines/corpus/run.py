@@ -93,7 +93,7 @@ def _in_this_process(
         yield write_shard(root, header, source, shard, on_frame=count.add)
 
 
-def _in_processes(  # noqa: PLR0917
+def _in_processes(
     root: Path, header: Header, order: Order, missing: list[int], workers: int, count: _Counter
 ) -> Iterator[ShardLine]:
     """Hands shards to processes, two a worker in flight; only this process writes the manifest."""

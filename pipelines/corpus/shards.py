@@ -11,7 +11,7 @@ from pathlib import Path
 
 import google_crc32c
 import numpy as np
-from numcodecs import blosc
+from numcodecs import blosc  # type: ignore[import-untyped]
 
 from pipelines.corpus.fields import SHARD_FRAMES, Field
 from pipelines.errors import CorpusError

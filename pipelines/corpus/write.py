@@ -13,6 +13,7 @@ from pipelines.corpus.fields import stored_values
 from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
+from pipelines.errors import UserError
 from synth.frame import Frame, FrameInfo
 
 ZARR_NAME = "arrays.zarr"
@@ -22,7 +23,11 @@ class FrameSource(Protocol):
     """What makes frames: each a function of the source's settings and the number alone."""
 
     def frame(self, index: int) -> Frame:
-        """Frame of that number."""
+        """Frame of that number.
+
+        Raises:
+            RuntimeError: The settings allow no such frame; the message says which to change.
+        """
         ...
 
 
@@ -54,7 +59,7 @@ def write_shard(
     infos: list[FrameInfo] = []
     lines: list[str] = []
     for index in header.frames_of(shard):
-        frame = source.frame(index)
+        frame = _make_frame(source, index)
         _check_frame(frame, header, index)
         for name, value in stored_values(frame).items():
             if name in chunks:
@@ -78,6 +83,13 @@ def write_shard(
         sha256={name: hashlib.sha256(content).hexdigest() for name, content in data.items()},
         splits=split_ids(infos),
     )
+
+
+def _make_frame(source: FrameSource, index: int) -> Frame:
+    try:
+        return source.frame(index)
+    except RuntimeError as error:
+        raise UserError(str(error)) from error
 
 
 def _check_frame(frame: Frame, header: Header, index: int) -> None:

@@ -1,0 +1,109 @@
+"""What a corpus holds, in numbers: joints by state, visible shares, families, classes, distances, bearings."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.corpus import Corpus
+from synth.vocabulary import JOINT_NAMES, JointState
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """Counts between edges.
+
+    Attributes:
+        edges: n + 1 rising values.
+        counts: n counts; values outside the edges fall into the outer bins.
+    """
+
+    edges: list[float]
+    counts: list[int]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """A corpus in numbers.
+
+    Attributes:
+        n_frames: Frames counted.
+        joint_states: Share of each joint's frames by state name, by joint name.
+        visible_fraction: Share of the person that the composite shows.
+        distance: Camera to torso joint [m].
+        azimuth: Bearing of the camera seen from the person [deg]; 0 in front, positive to their left.
+        counts: Frames by name, for each of "split", "scene family", "pose family", "objects' classes" (frames
+            that hold one) and "camera".
+        n_subjects: Different subjects.
+        n_objects: Different objects by class.
+    """
+
+    n_frames: int
+    joint_states: dict[str, dict[str, float]]
+    visible_fraction: Histogram
+    distance: Histogram
+    azimuth: Histogram
+    counts: dict[str, dict[str, int]]
+    n_subjects: int
+    n_objects: dict[str, int]
+
+
+def statistics_of(corpus: Corpus) -> Statistics:
+    """Counts every frame of a corpus; reads records and small arrays, no image."""
+    infos = [corpus.info(int(i)) for i in corpus.indices]
+    states = corpus.arrays("joint_state")
+    T_world_root, T_world_camera = corpus.arrays("T_world_root"), corpus.arrays("T_world_camera")
+    torso = corpus.arrays("joints")[:, JOINT_NAMES.index("torso")]
+    distances = np.linalg.norm(torso, axis=1)
+    objects = {item.spec_id: item.class_name for info in infos for item in info.objects}
+    return Statistics(
+        n_frames=len(infos),
+        joint_states={
+            joint: {state.name.lower(): float((states[:, k] == state).mean()) for state in JointState}
+            for k, joint in enumerate(JOINT_NAMES)
+        },
+        visible_fraction=histogram([info.visible_fraction for info in infos], np.linspace(0, 1, 21)),
+        distance=histogram(distances, np.arange(0.0, 6.01, 0.25)),
+        azimuth=histogram(camera_azimuth(T_world_root, T_world_camera), np.arange(-180, 181, 15)),
+        counts={
+            "split": _counted(info.split for info in infos),
+            "scene family": _counted(info.scene_family for info in infos),
+            "pose family": _counted(info.pose_family for info in infos),
+            "objects' classes": _counted(
+                name for info in infos for name in {item.class_name for item in info.objects}
+            ),
+            "camera": _counted(corpus.camera(int(i)).name for i in corpus.indices),
+        },
+        n_subjects=len({info.subject_id for info in infos}),
+        n_objects=_counted(objects.values()),
+    )
+
+
+def camera_azimuth(T_world_root: NDArray[np.float64], T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bearing of the camera in the horizontal plane, seen from the person.
+
+    Args:
+        T_world_root: (n, 4, 4); the root's x axis points forward, y to the person's left.
+        T_world_camera: (n, 4, 4).
+
+    Returns:
+        (n,) degrees in -180..180; 0 is in front, positive to the person's left.
+    """
+    to_camera = T_world_camera[:, :2, 3] - T_world_root[:, :2, 3]
+    forward = T_world_root[:, :2, 0]
+    ahead = (to_camera * forward).sum(axis=1)
+    left = forward[:, 0] * to_camera[:, 1] - forward[:, 1] * to_camera[:, 0]
+    return np.degrees(np.arctan2(left, ahead))
+
+
+def histogram(values: Iterable[float] | NDArray, edges: NDArray) -> Histogram:
+    """Counts values between edges, outer bins open."""
+    array = np.asarray(list(values), dtype=np.float64)
+    counts = np.histogram(np.clip(array, edges[0], edges[-1]), bins=edges)[0]
+    return Histogram([float(edge) for edge in edges], [int(count) for count in counts])
+
+
+def _counted(names: Iterable[str]) -> dict[str, int]:
+    return dict(sorted(Counter(names).items(), key=lambda item: (-item[1], item[0])))
