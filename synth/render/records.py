@@ -1,6 +1,5 @@
 """What every renderer takes and gives: objects of a scene, the pair of layers, and their checks."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -131,7 +130,7 @@ def check_mesh(mesh: LabelledMesh, name: str) -> None:
             raise ValueError(
                 f"{name} has faces with vertex indices {low}..{high}, must be in 0..{len(mesh.vertices) - 1}"
             )
-    if not math.isfinite(float(mesh.vertices.sum(dtype=np.float64))):
+    if not np.isfinite(mesh.vertices).all():
         raise ValueError(f"{name} has a vertex coordinate that is not finite")
 
 
