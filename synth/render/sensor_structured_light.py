@@ -37,7 +37,7 @@ class StructuredLight:
         axial: (c0 [m], c1 [1/m], c2 [m]) of sigma_z = c0 + c1 (z - c2)^2, Nguyen, Izadi, Lovell 2012, eq. (2).
         axial_angle: c3 of the addend c3 / sqrt(z) theta^2 / (pi/2 - theta)^2 [m^1.5], ibid., eq. (3).
         lateral: (c0, c1) [native px] of sigma_L = c0 + c1 theta / (pi/2 - theta), ibid., eq. (1).
-        axial_correlation: Smoothing of the axial noise [native px]; the matching window's (9x9, Konolige).
+        axial_correlation: Smoothing of the axial noise [native px]; fitted to real frames (docs/sensors.md).
         lateral_correlation: Smoothing of the wobble of edges [native px].
         window: Radius of the matching window [native px].
         n_support: Samples of a ring of twelve in the window that must lie on the pixel's surface.
@@ -53,7 +53,7 @@ class StructuredLight:
     axial: tuple[float, float, float] = (0.0012, 0.0019, 0.4)
     axial_angle: float = 0.0001
     lateral: tuple[float, float] = (0.8, 0.035)
-    axial_correlation: float = 3.0
+    axial_correlation: float = 5.0
     lateral_correlation: float = 2.5
     window: float = 4.0
     n_support: int = 4

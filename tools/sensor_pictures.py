@@ -1,0 +1,265 @@
+"""Draws every sensor model beside real frames, and compares their local noise with real noise in figures.
+
+    python tools/sensor_pictures.py OUT.png [--clean DEPTH] [--real FILE_OR_FOLDER ...] [--compare]
+
+The clean depth is a built-in scene, ray cast by Open3D, or any .npy or 16-bit .png of millimetres (0 = no return).
+Real frames are 16-bit .png or little-endian 640x480 .raw of a Kinect v1, in millimetres.
+"""
+
+import argparse
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.camera import Camera
+from synth.render.presets import CAMERAS
+from synth.render.presets import camera as find_camera
+from synth.render.sensors import SENSOR_NAMES, apply_sensor
+
+STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
+SENSOR_CAMERAS = {
+    "ideal": "kinect_v2",
+    "kinect_v1": "kinect_v1",
+    "kinect_v2": "kinect_v2",
+    "realsense_d435": "realsense_d435",
+}
+
+# A person of capsules, feet at the origin, facing -z: (from, to, radius) in metres, y up.
+_LIMBS = (
+    ((0.0, 1.0, 0.0), (0.0, 1.35, 0.0), 0.16),
+    ((-0.1, 1.35, 0.0), (0.1, 1.35, 0.0), 0.12),
+    ((0.0, 1.45, 0.0), (0.0, 1.55, -0.01), 0.06),
+    ((0.0, 1.62, -0.02), (0.0, 1.70, -0.01), 0.09),
+    ((-0.21, 1.40, 0.0), (-0.30, 1.13, 0.03), 0.05),
+    ((-0.30, 1.13, 0.03), (-0.33, 0.90, -0.08), 0.04),
+    ((-0.33, 0.90, -0.08), (-0.33, 0.82, -0.11), 0.035),
+    ((0.21, 1.40, 0.0), (0.36, 1.18, -0.05), 0.05),
+    ((0.36, 1.18, -0.05), (0.30, 1.25, -0.30), 0.04),
+    ((0.30, 1.25, -0.30), (0.28, 1.29, -0.38), 0.035),
+    ((-0.10, 0.92, 0.0), (-0.12, 0.50, -0.01), 0.08),
+    ((-0.12, 0.50, -0.01), (-0.13, 0.10, 0.02), 0.055),
+    ((0.10, 0.92, 0.0), (0.14, 0.50, -0.03), 0.08),
+    ((0.14, 0.50, -0.03), (0.15, 0.10, 0.03), 0.055),
+    ((-0.13, 0.05, 0.03), (-0.15, 0.04, -0.15), 0.045),
+    ((0.15, 0.05, 0.03), (0.18, 0.04, -0.15), 0.045),
+)
+
+
+def builtin_scene(camera: Camera, distance: float, *, is_furnished: bool) -> NDArray[np.uint16]:
+    """Ray casts a person before a wall.
+
+    Args:
+        camera: The camera, 1.2 m above the floor, level.
+        distance: Of the person [m]; the wall stands 1.2 m behind.
+        is_furnished: Whether a table stands before the person, and a rod and a box beside.
+
+    Returns:
+        (height, width) uint16 z-depth [mm].
+    """
+    import open3d as o3d
+    import trimesh
+
+    up = 1.2
+    parts = []
+    for a, b, radius in _LIMBS:
+        ends = np.array([a, b]) * [1, -1, 1] + [0, up, distance]
+        parts.append(trimesh.creation.cylinder(radius=radius, segment=ends, sections=24))
+        for end in ends:
+            ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+            ball.apply_translation(end)
+            parts.append(ball)
+
+    def box(size: tuple[float, float, float], centre: tuple[float, float, float]) -> None:
+        mesh = trimesh.creation.box(size)
+        mesh.apply_translation(np.array(centre) * [1, -1, 1] + [0, up, distance])
+        parts.append(mesh)
+
+    box((12.0, 8.0, 0.1), (0.0, 1.0, 1.25))
+    box((12.0, 0.1, 12.0), (0.0, -0.05, 0.0))
+    if is_furnished:
+        box((1.2, 0.03, 0.6), (0.25, 0.72, -0.75))
+        for x in (-0.3, 0.8):
+            for z in (-1.0, -0.5):
+                box((0.04, 0.72, 0.04), (x, 0.36, z))
+        box((0.03, 1.6, 0.03), (-0.75, 0.8, 0.2))
+        box((0.4, 0.5, 0.3), (-1.1, 0.25, -0.1))
+    mesh = trimesh.util.concatenate(parts)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(
+        o3d.core.Tensor(mesh.vertices.astype(np.float32)), o3d.core.Tensor(mesh.faces.astype(np.uint32))
+    )
+    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    rays = np.zeros((camera.height, camera.width, 6), np.float32)
+    rays[..., 3:] = camera.backproject(np.stack([u, v], axis=-1), np.ones(u.shape))
+    depth = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()  # rays have z = 1: t is depth
+    return np.where(np.isfinite(depth), np.rint(1000.0 * np.minimum(depth, 60.0)), 0).astype(np.uint16)
+
+
+def load_depth(path: Path) -> NDArray[np.uint16]:
+    """Reads a depth image: .npy, 16-bit .png, or little-endian 640x480 .raw, in millimetres."""
+    if path.suffix == ".npy":
+        depth = np.load(path, allow_pickle=False)
+    elif path.suffix == ".raw":
+        depth = np.fromfile(path, "<u2").reshape(480, 640)
+    else:
+        depth = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if depth is None or depth.dtype != np.uint16 or depth.ndim != 2:
+        raise SystemExit(f"{path} is no single-channel 16-bit depth image")
+    return depth
+
+
+def real_files(paths: list[Path], limit: int) -> list[Path]:
+    """Lists depth files, evenly thinned to the limit in every folder."""
+    files: list[Path] = []
+    for path in paths:
+        found = sorted([*path.glob("depth*.png"), *path.glob("*.raw")]) if path.is_dir() else [path]
+        if not found:
+            raise SystemExit(f"{path} holds no depth*.png and no *.raw")
+        files += found[:: max(1, len(found) // limit)][:limit]
+    return files
+
+
+def local_residuals(depth: NDArray[np.uint16]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fits a plane to every 5x5 patch of one surface, in disparity, where planes are linear.
+
+    Args:
+        depth: (height, width) uint16 [mm], 0 = no return.
+
+    Returns:
+        (n,) mean depth [mm] and (n,) root mean square residual [disparity steps of a Kinect v1].
+    """
+    z = depth.astype(np.float64)
+    steps = np.divide(STEPS, z, out=np.zeros_like(z), where=z > 0)
+    windows = np.lib.stride_tricks.sliding_window_view(steps, (5, 5)).reshape(-1, 25)
+    is_whole = (windows > 0).all(axis=1)
+    windows = windows[is_whole]
+    windows = windows[np.ptp(windows, axis=1) < 5.0]
+    y, x = np.mgrid[-2:3, -2:3].reshape(2, 25)
+    design = np.stack([np.ones(25), x, y], axis=1)
+    residual = windows - windows @ (design @ np.linalg.pinv(design)).T
+    return STEPS / windows.mean(axis=1), np.sqrt((residual**2).sum(axis=1) / 22.0)
+
+
+def edge_roughness(depth: NDArray[np.uint16], far: float) -> float:
+    """Mean distance of the outline of what is nearer than `far` [mm] from its own smoothed outline [px]."""
+    mask = ((depth > 0) & (depth < far)).astype(np.uint8)
+    smooth = cv2.medianBlur(mask, 9)
+    outline = np.count_nonzero(cv2.Laplacian(smooth, cv2.CV_16S) < 0)
+    return float(np.count_nonzero(mask != smooth)) / max(outline, 1)
+
+
+def compare(real: list[Path]) -> None:
+    """Prints the local noise of real frames and of the Kinect v1 model by depth."""
+    bins = np.array([700, 1000, 1500, 2000, 2500, 3000, 3500, 4000])
+    rows: dict[str, list[NDArray[np.float64]]] = {"real": [], "model": [], "clean": []}
+    rough: dict[str, list[float]] = {"real": [], "model": [], "clean": []}
+    for path in real:
+        depth = load_depth(path)
+        rows["real"].append(np.stack(local_residuals(depth)))
+        rough["real"].append(edge_roughness(depth, 1e9))
+    width = load_depth(real[0]).shape[1]
+    camera = CAMERAS["kinect_v1"] if width == 640 else CAMERAS["kinect_v1_qvga"]
+    for seed, distance in enumerate(np.linspace(0.9, 4.0, 24)):
+        clean = builtin_scene(camera, distance, is_furnished=False)
+        far = 1000.0 * (distance + 0.7)
+        for name, depth in (
+            ("clean", apply_sensor("ideal", clean, camera, np.random.default_rng(seed))),
+            ("model", apply_sensor("kinect_v1", clean, camera, np.random.default_rng(seed))),
+        ):
+            person = np.where(depth < far, depth, 0).astype(np.uint16)
+            person[int(0.8 * camera.height) :] = 0  # no floor
+            rows[name].append(np.stack(local_residuals(person)))
+            rough[name].append(edge_roughness(person, far))
+    print(f"rms residual of local planes at {width} px wide, in disparity steps (number of patches)")
+    print("depth [mm]      " + "".join(f"{name:>20}" for name in rows))
+    for low, high in pairwise(bins):
+        line = f"{low:5d} to {high:5d}  "
+        for parts in rows.values():
+            z, r = np.concatenate(parts, axis=1)
+            is_in = (z >= low) & (z < high)
+            line += f"{np.sqrt(np.mean(r[is_in] ** 2)) if is_in.any() else np.nan:12.3f} ({is_in.sum():6d})"
+        print(line)
+    figures = ", ".join(f"{name} {np.mean(values):.3f}" for name, values in rough.items())
+    print(f"outline's distance from its smoothed self [px]: {figures}")
+
+
+def measure_time() -> None:
+    """Prints the median time of each sensor over 30 frames of 512x424, compilation apart."""
+    camera = CAMERAS["kinect_v2"]
+    clean = builtin_scene(camera, 2.4, is_furnished=True)
+    for name in SENSOR_NAMES:
+        spans = []
+        for seed in range(31):
+            rng = np.random.default_rng(seed)
+            start = time.perf_counter()
+            apply_sensor(name, clean, camera, rng)
+            spans.append(time.perf_counter() - start)
+        print(f"{name:>16} {1000 * np.median(spans[1:]):6.2f} ms a frame")
+
+
+def coloured(depth: NDArray[np.uint16], near: float, far: float) -> NDArray[np.uint8]:
+    """Near is red, far is blue, no return black."""
+    shade = np.clip((far - depth.astype(np.float64)) / (far - near), 0.0, 1.0)
+    picture = cv2.applyColorMap((255 * shade).astype(np.uint8), cv2.COLORMAP_TURBO)
+    picture[depth == 0] = 0
+    return picture
+
+
+def tile(depth: NDArray[np.uint16], title: str, near: float, far: float, height: int = 424) -> NDArray[np.uint8]:
+    """One titled picture of the sheet."""
+    picture = coloured(depth, near, far)
+    scale = height / picture.shape[0]
+    picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
+    picture = cv2.copyMakeBorder(picture, 26, 4, 2, 2, cv2.BORDER_CONSTANT, value=(40, 40, 40))
+    return cv2.putText(picture, title, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def sheet(tiles: list[NDArray[np.uint8]], n_columns: int) -> NDArray[np.uint8]:
+    """Lays tiles out in rows, padded to one width."""
+    rows = [np.hstack(tiles[i : i + n_columns]) for i in range(0, len(tiles), n_columns)]
+    width = max(row.shape[1] for row in rows)
+    return np.vstack([np.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0))) for row in rows])
+
+
+def main() -> None:
+    """Reads the command line, writes the sheet, prints the comparison."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--clean", type=Path, help="clean depth to use instead of the built-in scene")
+    parser.add_argument("--camera", default="kinect_v2", help="preset that the clean depth was made with")
+    parser.add_argument("--real", type=Path, nargs="*", default=[], help="real frames, or folders of them")
+    parser.add_argument("--compare", action="store_true", help="print local noise, real against model")
+    parser.add_argument("--time", action="store_true", help="print milliseconds a frame at 512x424")
+    parser.add_argument("--distance", type=float, default=2.4, help="of the built-in person [m]")
+    parser.add_argument("--n-real", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    tiles = []
+    for name in SENSOR_NAMES:
+        camera = CAMERAS[SENSOR_CAMERAS[name]]
+        if args.clean is None:
+            clean = builtin_scene(camera, args.distance, is_furnished=True)
+        else:
+            clean = load_depth(args.clean)
+            camera = find_camera(args.camera)
+        out = apply_sensor(name, clean, camera, np.random.default_rng(args.seed))
+        tiles.append(tile(out, f"{name}: model", 800, 4200))
+    for path in real_files(args.real, args.n_real):
+        depth = load_depth(path)
+        seen = depth[depth > 0]
+        tiles.append(tile(depth, "real Kinect v1", float(seen.min()) - 100, float(np.percentile(seen, 99)) + 300))
+    args.out.parent.mkdir(parents=True, exist_ok=True)
+    if not cv2.imwrite(str(args.out), sheet(tiles, 2 if args.clean is None else len(SENSOR_NAMES))):
+        raise SystemExit(f"could not write {args.out}")
+    if args.time:
+        measure_time()
+    if args.compare and args.real:
+        compare(real_files(args.real, 150))
+
+
+if __name__ == "__main__":
+    main()
