@@ -15,11 +15,11 @@ from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, shard_files
 from pipelines.errors import UserError
 
-SourceT = TypeVar("SourceT", bound=FrameSource, covariant=True)
+SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
 
 @dataclass(frozen=True)
-class Order(Generic[SourceT]):
+class Order(Generic[SourceT_co]):
     """A corpus to be made.
 
     Attributes:
@@ -33,7 +33,7 @@ class Order(Generic[SourceT]):
     seed: int
     n_frames: int
     config: dict
-    make_source: Callable[[], SourceT] = field(repr=False)
+    make_source: Callable[[], SourceT_co] = field(repr=False)
     angles: Angles = ()
 
     def __post_init__(self) -> None:

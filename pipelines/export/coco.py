@@ -1,0 +1,118 @@
+"""COCO keypoints: 16-bit depth PNGs, label PNGs, and one annotation file a split."""
+
+import json
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.export.records import ExportJob, png_bytes
+from synth.frame import Frame
+from synth.vocabulary import BONES, JOINT_NAMES, JointState
+
+MAPS = ("depth", "part", "occluder", "instance", "body_depth", "body_part")
+"""Maps written as PNG: depths 16 bit millimetres, codes 8 bit."""
+_V_NOT_IN_IMAGE, _V_HIDDEN, _V_VISIBLE = 0, 1, 2
+
+
+def export_coco(job: ExportJob) -> None:
+    """Writes MAP/SPLIT/NUMBER.png and annotations/SPLIT.json."""
+    for name in MAPS:
+        (job.folder / name / job.split).mkdir(parents=True)
+    images, annotations = [], []
+    for index in job.indices:
+        frame = job.frame(index)
+        for name in MAPS:
+            path = job.folder / name / job.split / f"{index:07d}.png"
+            path.write_bytes(png_bytes(getattr(frame, name)))
+        images.append(image_entry(frame, job.split))
+        annotations.append(annotation_entry(frame))
+        job.on_frame()
+    document = {
+        "info": {
+            "description": f"undergrowth corpus, seed {job.corpus.header.seed}, split {job.split}",
+            "version": job.corpus.digest,
+        },
+        "licenses": [],
+        "categories": [category_entry()],
+        "images": images,
+        "annotations": annotations,
+    }
+    path = job.folder / "annotations" / f"{job.split}.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(document), encoding="utf-8")
+
+
+def category_entry() -> dict:
+    """The person category; skeleton pairs count from 1, as COCO does."""
+    return {
+        "id": 1,
+        "name": "person",
+        "supercategory": "person",
+        "keypoints": list(JOINT_NAMES),
+        "skeleton": [[a + 1, b + 1] for a, b in BONES],
+    }
+
+
+def image_entry(frame: Frame, split: str) -> dict:
+    """One image; file_name is that of its depth map."""
+    camera = frame.camera
+    return {
+        "id": frame.info.index,
+        "file_name": f"depth/{split}/{frame.info.index:07d}.png",
+        "width": camera.width,
+        "height": camera.height,
+        "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
+        "depth_unit_m": 0.001,
+        "scene_family": frame.info.scene_family,
+        "subject_id": frame.info.subject_id,
+    }
+
+
+def annotation_entry(frame: Frame) -> dict:
+    """The person: box, area and mask of the seen pixels, 15 keypoints."""
+    seen, alone = frame.part > 0, frame.body_part > 0
+    visibility = keypoint_visibility(frame.joint_state)
+    keypoints: list[float] = []
+    for (u, v), shown in zip(frame.joints_2d.tolist(), visibility.tolist(), strict=True):
+        keypoints += [round(u, 3), round(v, 3), shown] if shown else [0, 0, 0]
+    return {
+        "id": frame.info.index + 1,
+        "image_id": frame.info.index,
+        "category_id": 1,
+        "iscrowd": 0,
+        "area": int(seen.sum()),
+        "bbox": bounding_box(seen if seen.any() else alone),
+        "segmentation": run_lengths(seen),
+        "amodal_bbox": bounding_box(alone),
+        "amodal_segmentation": run_lengths(alone),
+        "num_keypoints": int((visibility > 0).sum()),
+        "keypoints": keypoints,
+        "joints_camera_m": [[round(float(x), 6) for x in joint] for joint in frame.joints],
+        "joint_state": frame.joint_state.tolist(),
+    }
+
+
+def keypoint_visibility(joint_state: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """COCO's v of each joint: 2 visible, 1 in the image but hidden, 0 not in the image."""
+    v = np.full(joint_state.shape, _V_HIDDEN)
+    v[joint_state == JointState.VISIBLE] = _V_VISIBLE
+    v[joint_state == JointState.OUTSIDE] = _V_NOT_IN_IMAGE
+    return v
+
+
+def bounding_box(mask: NDArray[np.bool_]) -> list[int]:
+    """[left, top, width, height] in pixels; zeros for an empty mask."""
+    if not mask.any():
+        return [0, 0, 0, 0]
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    left, top = int(columns[0]), int(rows[0])
+    return [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1]
+
+
+def run_lengths(mask: NDArray[np.bool_]) -> dict:
+    """COCO's uncompressed run-length code: counts of 0s and 1s in turn, down the columns, 0s first."""
+    flat = mask.ravel(order="F")
+    changes = np.flatnonzero(np.diff(flat)) + 1
+    starts = np.concatenate([[0], changes, [flat.size]])
+    counts = np.diff(starts).tolist()
+    return {"size": list(mask.shape), "counts": [0, *counts] if flat[0] else counts}

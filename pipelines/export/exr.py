@@ -1,0 +1,87 @@
+"""OpenEXR: one multi-channel file a frame, label names in its ID manifest.
+
+Only contiguous float32 and uint32 arrays are handed to the binding: it writes others wrong without an error.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.corpus import Header
+from pipelines.export.records import ExportJob, missing_extra
+from synth.frame import Frame
+
+ID_CHANNELS = {"part.id": "parts", "body.part.id": "parts", "occluder.id": "occluders"}
+"""Channels of codes and the label table that names them; instance.id counts the objects of one frame."""
+
+
+def export_exr(job: ExportJob) -> None:
+    """Writes SPLIT/NUMBER.exr."""
+    try:
+        import OpenEXR
+    except ImportError:
+        raise missing_extra("OpenEXR") from None
+    folder = job.folder / job.split
+    folder.mkdir()
+    for index in job.indices:
+        frame = job.frame(index)
+        attributes = {
+            "compression": OpenEXR.ZIP_COMPRESSION,
+            "type": OpenEXR.scanlineimage,
+            "idManifest": _manifest(OpenEXR, job.corpus.header, frame),
+            **_attributes(frame),
+        }
+        with OpenEXR.File(attributes, channels(frame)) as file:
+            file.write(str(folder / f"{index:07d}.exr"))
+        job.on_frame()
+
+
+def channels(frame: Frame) -> dict[str, NDArray]:
+    """The frame's maps by channel name: float32 metres and uint32 codes."""
+    depths = {"Z": frame.depth, "body.Z": frame.body_depth}
+    codes = {
+        "part.id": frame.part,
+        "body.part.id": frame.body_part,
+        "occluder.id": frame.occluder,
+        "instance.id": frame.instance,
+    }
+    out: dict[str, NDArray] = {
+        name: np.ascontiguousarray(mm * np.float32(0.001), dtype=np.float32) for name, mm in depths.items()
+    }
+    return out | {name: np.ascontiguousarray(code, dtype=np.uint32) for name, code in codes.items()}
+
+
+def _attributes(frame: Frame) -> dict[str, object]:
+    """Header attributes of the project's own, numbers as text separated by spaces."""
+    camera = frame.camera
+    values = {
+        "frame": str(frame.info.index),
+        "subject": frame.info.subject_id,
+        "intrinsics": _words([camera.fx, camera.fy, camera.cx, camera.cy]),
+        "joints": _words(frame.joints),
+        "joint_state": _words(frame.joint_state),
+        "T_world_camera": _words(frame.T_world_camera),
+        "depth": "along the optical axis, metres, 0 = nothing",
+    }
+    return {f"undergrowth:{name}": value for name, value in values.items()}
+
+
+def _words(values: object) -> str:
+    return " ".join(repr(value) for value in np.asarray(values).ravel().tolist())
+
+
+def _manifest(exr, header: Header, frame: Frame):  # type: ignore[no-untyped-def] # the binding has no types
+    manifest = exr.IDManifest()
+    tables = {channel: header.labels[table] for channel, table in ID_CHANNELS.items()}
+    tables["instance.id"] = ["none", *(item.spec_id for item in frame.info.objects)]
+    for channel, names in tables.items():
+        group = exr.ChannelGroupManifest()
+        group.setChannel(channel)
+        group.setComponent("name")
+        is_stable = channel != "instance.id"
+        group.setLifetime(exr.LIFETIME_STABLE if is_stable else exr.LIFETIME_FRAME)
+        group.setHashScheme(exr.ID_MANIFEST_NOTHASHED)
+        group.setEncodingScheme(exr.ID_MANIFEST_ID_SCHEME)
+        for code, name in enumerate(names):
+            group.insert(code, name)
+        manifest.add(group)
+    return manifest

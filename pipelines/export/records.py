@@ -1,0 +1,53 @@
+"""What every exporter is given, and small things that several of them write."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.corpus import Corpus
+from pipelines.errors import UserError
+from synth.frame import Frame
+
+
+@dataclass(frozen=True)
+class ExportJob:
+    """One split to be exported.
+
+    Attributes:
+        corpus: The open corpus.
+        split: Its split's name.
+        indices: (n,) int64, the split's frame numbers.
+        folder: Where to write; there and empty at first, shared by the splits.
+        sensor: Sensor model for the composite depth, or None for clean depth.
+        on_frame: Called after each frame.
+    """
+
+    corpus: Corpus
+    split: str
+    indices: NDArray[np.int64]
+    folder: Path
+    sensor: str | None
+    on_frame: Callable[[], object] = field(repr=False)
+
+    def frame(self, index: int) -> Frame:
+        """A frame with the sensor applied."""
+        return self.corpus.frame(int(index), self.sensor)
+
+
+def png_bytes(image: NDArray) -> bytes:
+    """An 8 or 16 bit grey PNG."""
+    is_written, data = cv2.imencode(".png", np.ascontiguousarray(image))
+    if not is_written:
+        raise UserError(f"a {image.dtype} image of shape {image.shape} cannot be written as PNG")
+    return data.tobytes()
+
+
+def missing_extra(package: str) -> UserError:
+    """What to tell when an optional package is not there."""
+    return UserError(
+        f"this export needs the package {package}; install it with: pip install 'undergrowth[export]'"
+    )
