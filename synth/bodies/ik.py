@@ -300,7 +300,7 @@ def _solve(chain, swing, bend, offsets, axis_idx, axis_sign, lower, upper, goals
     n = chain.shape[0]
     T = np.empty((n, 4, 4))
     theta = rest.copy()
-    if goals.is_point[0] > 0.0:
+    if goals.is_point[0] > 0.0 and goals.position[0] > bend:
         _two_bone_start(chain, swing, bend, offsets, axis_idx, axis_sign, lower, upper, goals, theta, T_parent, T)
     cost = _descend(
         chain, offsets, axis_idx, axis_sign, lower, upper, goals, rest, rest_weight, theta, T_parent, T

@@ -1,0 +1,294 @@
+"""Self-collision: does a limb go into the trunk, the head or another limb?
+
+Each segment of a body is fitted once by its radius over height and direction about the bone (a profile). Skin
+points of the limbs are then tested against the profiles of the segments they must stay out of.
+"""
+
+import weakref
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from synth.bodies.body import Body, Pose
+from synth.bodies.kinematics import link_transforms
+from synth.bodies.skeleton import LINK_IDX, N_LINKS
+from synth.bodies.skinning import skin_placed
+
+N_HEIGHTS = 14
+N_DIRECTIONS = 24
+N_POINTS = 70
+"""Skin points sampled a limb segment."""
+MIN_SHARE = 0.3
+"""A vertex belongs to a profile when the segment's links hold at least this share of its weight."""
+
+_SIDED = {
+    "upper_arm": ("shoulder_rotation", ("shoulder_abduction", "shoulder_rotation")),
+    "forearm": ("elbow_flexion", ("elbow_flexion", "forearm_pronation")),
+    "hand": ("wrist_deviation", ("wrist_deviation",)),
+    "fingers": ("fingers_flexion", ("fingers_flexion",)),
+    "thigh": ("hip_rotation", ("hip_abduction", "hip_rotation")),
+    "shank": ("knee_flexion", ("knee_flexion",)),
+    "foot": ("ankle_inversion", ("ankle_inversion", "toes_extension")),
+}
+_TRUNK = {
+    "pelvis": ("root", ("root",)),
+    "abdomen": ("lumbar_rotation", ("lumbar_rotation",)),
+    "thorax": ("thorax_rotation", ("thorax_rotation",)),
+    "neck": ("neck_rotation", ("neck_rotation",)),
+    "head": ("head_rotation", ("head_rotation",)),
+}
+SEGMENTS: dict[str, tuple[str, tuple[str, ...]]] = _TRUNK | {
+    f"{side}_{name}": (f"{side}_{frame}", tuple(f"{side}_{link}" for link in links))
+    for side in "lr"
+    for name, (frame, links) in _SIDED.items()
+}
+"""Segment name to the hinge whose link is its frame and the hinges whose links' skin it is made of."""
+SEGMENT_IDX: dict[str, int] = {name: i for i, name in enumerate(SEGMENTS)}
+
+_ALL_TRUNK = dict.fromkeys(_TRUNK, 0.012)
+# Points of a segment on one side -> (segments they are tested against -> depth allowed [m]). "o_" is the other
+# side, "s_" the same. Flesh on flesh gives way, hands against trunk do not.
+_RULES: dict[str, dict[str, float]] = {
+    "upper_arm": {"abdomen": 0.03, "thorax": 0.04, "pelvis": 0.03, "o_upper_arm": 0.02},
+    "forearm": _ALL_TRUNK
+    | {"s_thigh": 0.015, "o_thigh": 0.015, "o_upper_arm": 0.015, "o_forearm": 0.015, "o_hand": 0.012}
+    | {"o_fingers": 0.012},
+    "hand": _ALL_TRUNK
+    | {"s_thigh": 0.015, "o_thigh": 0.015, "s_shank": 0.012, "o_shank": 0.012, "o_upper_arm": 0.012}
+    | {"o_forearm": 0.012, "o_hand": 0.012, "o_fingers": 0.012},
+    "thigh": {"o_thigh": 0.035},
+    "shank": {"o_thigh": 0.025, "o_shank": 0.02, "o_foot": 0.015},
+    "foot": {"o_thigh": 0.02, "o_shank": 0.015, "o_foot": 0.012},
+}
+# Links whose skin the points of a segment are drawn from.
+_POINT_LINKS = {name: links for name, (_, links) in _SIDED.items()} | {
+    "hand": ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
+}
+# Share of the segment next to the trunk whose points are left out: it touches by nature.
+_SKIPPED = {"upper_arm": 0.45, "thigh": 0.5}
+
+
+class Profiles(NamedTuple):
+    """Radius tables of all segments, for kernels.
+
+    Attributes:
+        link: (n_segments,) index of the link whose frame a profile lives in.
+        low: (n_segments,) lowest z [m].
+        high: (n_segments,) highest z [m].
+        centre: (n_segments, n_heights, 2) x and y of the axis [m].
+        radius: (n_segments, n_heights, n_directions) [m].
+    """
+
+    link: NDArray[np.int64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    centre: NDArray[np.float64]
+    radius: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BodyFit:
+    """What is fitted to a body once.
+
+    Attributes:
+        profiles: Radius tables by `SEGMENT_IDX`.
+        points: (n_points,) indices of skin vertices that are tested.
+        allowed: (n_points, n_segments) depth allowed [m]; negative where a pair is not tested.
+    """
+
+    profiles: Profiles
+    points: NDArray[np.int64]
+    allowed: NDArray[np.float64]
+
+
+_FITS: dict[int, BodyFit] = {}
+
+
+def fit_of(body: Body) -> BodyFit:
+    """The body's fit, made at the first call and kept as long as the body lives."""
+    key = id(body)
+    if key not in _FITS:
+        _FITS[key] = _fit(body)
+        weakref.finalize(body, _FITS.pop, key, None)
+    return _FITS[key]
+
+
+def link_shares(body: Body) -> NDArray[np.float32]:
+    """(n_vertices, n_links) skin weights as a full table."""
+    weights = body.weights
+    n = len(body.mesh.vertices)
+    table = np.zeros((n, N_LINKS), dtype=np.float32)
+    row = np.repeat(np.arange(n), np.diff(weights.indptr))
+    np.add.at(table, (row, weights.link), weights.weight)
+    return table
+
+
+def _fit(body: Body) -> BodyFit:
+    shares = link_shares(body)
+    T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
+    vertices = body.mesh.vertices.astype(np.float64)
+    n = len(SEGMENTS)
+    profiles = Profiles(
+        np.array([LINK_IDX[frame] for frame, _ in SEGMENTS.values()], dtype=np.int64),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, N_HEIGHTS, 2)),
+        np.zeros((n, N_HEIGHTS, N_DIRECTIONS)),
+    )
+    for i, (frame, links) in enumerate(SEGMENTS.values()):
+        own = vertices[shares[:, [LINK_IDX[link] for link in links]].sum(axis=1) >= MIN_SHARE]
+        T = T_bind[LINK_IDX[frame]]
+        if len(own) >= 8:
+            _fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
+    points, allowed = _test_points(shares, vertices, T_bind)
+    return BodyFit(profiles, points, allowed)
+
+
+def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
+    """Mean radius of the points in each cell of height and direction; empty cells take their neighbours'."""
+    low, high = np.quantile(local[:, 2], [0.005, 0.995])
+    profiles.low[i], profiles.high[i] = low, high
+    step = max(high - low, 1e-6) / (N_HEIGHTS - 1)
+    row = np.clip(np.rint((local[:, 2] - low) / step), 0, N_HEIGHTS - 1).astype(int)
+    for h in range(N_HEIGHTS):
+        slab = local[np.abs(row - h) <= (0 if np.count_nonzero(row == h) >= 6 else 2)]
+        slab = slab if len(slab) >= 6 else local
+        profiles.centre[i, h] = 0.5 * (slab[:, :2].min(axis=0) + slab[:, :2].max(axis=0))
+        offset = slab[:, :2] - profiles.centre[i, h]
+        turn = np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) * N_DIRECTIONS
+        col = np.rint(turn).astype(int) % N_DIRECTIONS
+        count = np.bincount(col, minlength=N_DIRECTIONS)
+        total = np.bincount(col, weights=np.hypot(offset[:, 0], offset[:, 1]), minlength=N_DIRECTIONS)
+        known = np.flatnonzero(count)
+        profiles.radius[i, h] = np.interp(
+            np.arange(N_DIRECTIONS), known, total[known] / count[known], period=N_DIRECTIONS
+        )
+
+
+def _test_points(
+    shares: NDArray[np.float32], vertices: NDArray[np.float64], T_bind: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    dominant = shares.argmax(axis=1)
+    points: list[NDArray[np.int64]] = []
+    allowed: list[NDArray[np.float64]] = []
+    for name, rules in _RULES.items():
+        for side, other in (("l", "r"), ("r", "l")):
+            own = np.flatnonzero(np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]]))
+            if name in _SKIPPED and len(own):
+                T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
+                z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
+                own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
+            own = own[_spread(vertices[own], N_POINTS)]
+            row = np.full(len(SEGMENTS), -1.0)
+            for rule, depth in rules.items():
+                row[SEGMENT_IDX[rule.replace("o_", f"{other}_").replace("s_", f"{side}_", 1)
+                                if rule[:2] in ("o_", "s_") else rule]] = depth  # fmt: skip
+            points.append(own)
+            allowed.append(np.tile(row, (len(own), 1)))
+    return np.concatenate(points).astype(np.int64), np.concatenate(allowed)
+
+
+def _spread(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
+    """Indices of about n points spread evenly: farthest point sampling from the first."""
+    if len(points) <= n:
+        return np.arange(len(points))
+    chosen = np.zeros(n, dtype=np.int64)
+    nearest = np.full(len(points), np.inf)
+    for k in range(1, n):
+        nearest = np.minimum(nearest, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
+        chosen[k] = nearest.argmax()
+    return chosen
+
+
+@njit(cache=True, nogil=True)
+def depth_in_profile(profiles: Profiles, i: int, x: float, y: float, z: float) -> float:
+    """How deep a point of the segment's frame lies inside its profile [m]; negative outside."""
+    low = profiles.low[i]
+    high = profiles.high[i]
+    n_heights = profiles.radius.shape[1]
+    n_directions = profiles.radius.shape[2]
+    ends = min(z - low, high - z)
+    if ends <= 0.0:
+        return ends
+    at = (z - low) / (high - low) * (n_heights - 1)
+    h = min(int(at), n_heights - 2)
+    f = at - h
+    dx = x - (1.0 - f) * profiles.centre[i, h, 0] - f * profiles.centre[i, h + 1, 0]
+    dy = y - (1.0 - f) * profiles.centre[i, h, 1] - f * profiles.centre[i, h + 1, 1]
+    turn = np.arctan2(dy, dx) / (2.0 * np.pi) * n_directions
+    if turn < 0.0:
+        turn += n_directions
+    d = int(turn)
+    e = turn - d
+    d %= n_directions
+    d1 = (d + 1) % n_directions
+    lower = (1.0 - e) * profiles.radius[i, h, d] + e * profiles.radius[i, h, d1]
+    upper = (1.0 - e) * profiles.radius[i, h + 1, d] + e * profiles.radius[i, h + 1, d1]
+    return min(ends, (1.0 - f) * lower + f * upper - np.sqrt(dx * dx + dy * dy))
+
+
+@njit(cache=True, nogil=True)
+def _worst(profiles, T_world_link, points, allowed):  # type: ignore[no-untyped-def]
+    """Largest depth beyond the allowed one [m], and the point and segment where."""
+    worst = -1.0
+    worst_point = 0
+    worst_segment = 0
+    for i in range(profiles.link.shape[0]):
+        T = T_world_link[profiles.link[i]]
+        reach = 0.5 * (profiles.high[i] - profiles.low[i]) + profiles.radius[i].max() + 0.1
+        middle = 0.5 * (profiles.high[i] + profiles.low[i])
+        for p in range(points.shape[0]):
+            if allowed[p, i] < 0.0:
+                continue
+            dx = points[p, 0] - T[0, 3]
+            dy = points[p, 1] - T[1, 3]
+            dz = points[p, 2] - T[2, 3]
+            z = T[0, 2] * dx + T[1, 2] * dy + T[2, 2] * dz
+            if abs(z - middle) > reach:
+                continue
+            x = T[0, 0] * dx + T[1, 0] * dy + T[2, 0] * dz
+            y = T[0, 1] * dx + T[1, 1] * dy + T[2, 1] * dz
+            excess = depth_in_profile(profiles, i, x, y, z) - allowed[p, i]
+            if excess > worst:
+                worst = excess
+                worst_point = p
+                worst_segment = i
+    return worst, worst_point, worst_segment
+
+
+def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | None = None) -> float:
+    """Depth of the worst self-collision beyond what is allowed for its pair of segments [m]; negative if none.
+
+    Args:
+        body: The person.
+        pose: Angles and root.
+        T_world_link: (n_links, 4, 4) of this pose, if it is known already.
+    """
+    fit = fit_of(body)
+    if T_world_link is None:
+        T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
+    skin = skin_placed(body, T_world_link, fit.points)
+    return float(_worst(fit.profiles, T_world_link, skin, fit.allowed)[0])
+
+
+def worst_collision(body: Body, pose: Pose) -> tuple[str, float]:
+    """Name of the segment entered the deepest beyond what is allowed, and that excess [m]."""
+    fit = fit_of(body)
+    T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
+    skin = skin_placed(body, T_world_link, fit.points)
+    excess, point, segment = _worst(fit.profiles, T_world_link, skin, fit.allowed)
+    owner = tuple(LINK_IDX)[link_shares(body)[fit.points[point]].argmax()]
+    return f"{owner} in {tuple(SEGMENTS)[segment]}", float(excess)
+
+
+def self_collides(body: Body, pose: Pose) -> bool:
+    """Whether a limb lies in the trunk, the head or another limb deeper than flesh gives way.
+
+    Args:
+        body: The person.
+        pose: Angles and root.
+    """
+    return excess_depth(body, pose) > 0.0

@@ -1,0 +1,212 @@
+"""Trunk, head and legs of a seated person."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.collision import SEGMENT_IDX, fit_of
+from synth.bodies.ik import Goal
+from synth.bodies.poses_draft import SEAT_DEPTH_SHARE, Draft
+from synth.bodies.poses_stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about
+from synth.bodies.skeleton import LINK_IDX
+
+
+@dataclass(frozen=True)
+class Seat:
+    """How a person sits, in degrees.
+
+    Attributes:
+        pelvis: Forward pitch of the pelvis, negative when it rolls back.
+        lumbar: Lumbar flexion.
+        thorax: Thoracic flexion.
+        aside: Lateral lean of the trunk, to the right.
+        look: Pitch of the face, down positive.
+    """
+
+    pelvis: float
+    lumbar: float
+    thorax: float
+    aside: float = 0.0
+    look: float = 5.0
+
+
+def draw_seat(family: str, rng: np.random.Generator) -> Seat:
+    """How a person of a family holds the trunk."""
+    u = rng.uniform
+    if family == "sitting_slouching":
+        return Seat(float(u(-38, -24)), float(u(14, 30)), float(u(8, 20)), look=float(u(0, 25)))
+    if family == "sitting_leaning":
+        kind = rng.choice(3)
+        if kind == 0:
+            return Seat(float(u(5, 20)), float(u(12, 28)), float(u(6, 18)), look=float(u(0, 30)))
+        if kind == 1:
+            return Seat(float(u(-30, -20)), float(u(0, 8)), float(u(-4, 5)), look=float(u(-5, 10)))
+        aside = float(rng.choice([-1.0, 1.0]) * u(10, 24))
+        return Seat(float(u(-18, -6)), float(u(4, 12)), float(u(0, 10)), aside, float(u(0, 15)))
+    if family in ("table_writing", "table_elbows", "table_eating"):
+        return Seat(float(u(-6, 8)), float(u(8, 20)), float(u(6, 18)), look=float(u(15, 40)))
+    if family.startswith(("table", "typing")):
+        return Seat(float(u(-14, 0)), float(u(4, 15)), float(u(3, 14)), look=float(u(5, 28)))
+    return Seat(float(u(-20, -6)), float(u(4, 14)), float(u(0, 10)))
+
+
+def sit(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat_height: float) -> None:
+    """Sits on a seat of a height with the feet on the floor, or hanging where the legs are too short."""
+    seat = draw_seat(family, rng)
+    draft.turn_root(pitch=seat.pelvis, roll=0.15 * seat.aside)
+    draft.set(lumbar_flexion=seat.lumbar, thorax_flexion=seat.thorax)
+    draft.set(lumbar_lateral=0.4 * seat.aside, thorax_lateral=0.45 * seat.aside)
+    draft.jitter(rng, 2.0 * wild, TRUNK_HINGES)
+    _legs(draft, rng, wild, family, seat_height)
+    look_about(draft, rng, wild, pitch=seat.look)
+
+
+def seat_skin(draft: Draft) -> NDArray[np.float32]:
+    """(m, 3) skin of pelvis and thighs that is over the seat, world [m]."""
+    skin = draft.skin(draft.marks.seat)
+    front = draft.T_world_root[0, 3] + SEAT_DEPTH_SHARE * draft.marks.thigh
+    return skin[skin[:, 0] < front]
+
+
+def lower_onto_seat(draft: Draft, seat_height: float) -> None:
+    """Moves the root so that the lowest skin over the seat is at the seat's height."""
+    draft.T_world_root[2, 3] += seat_height - float(seat_skin(draft)[:, 2].min())
+
+
+def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat_height: float) -> None:
+    marks = draft.marks
+    pelvis = -float(np.degrees(np.arcsin(draft.T_world_root[2, 0])))
+    apart = float(rng.uniform(1, 16)) if family != "sitting_legs_crossed" else float(rng.uniform(0, 5))
+    forward = float(rng.uniform(-0.18, 0.3)) if not family.startswith("ta") else float(rng.uniform(-0.2, 0.15))
+    if family == "sitting_slouching":
+        forward = float(rng.uniform(0.15, 0.55))
+    yaws = {side: SIGN[side] * float(rng.uniform(-2, 1.2 * apart + 4)) for side in "lr"}
+    steps = {side: forward + 0.1 * wild * float(rng.normal(0, 0.7)) for side in "lr"}
+    spreads = {side: apart + wild * float(rng.normal(0, 2.5)) for side in "lr"}
+    for side in "lr":
+        draft.set(f"{side}_", hip_flexion=90 + pelvis, hip_abduction=spreads[side], knee_flexion=85)
+    for _ in range(3):
+        lower_onto_seat(draft, seat_height)
+        for side in "lr":
+            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
+    if family == "sitting_legs_crossed":
+        lead = "l" if rng.random() < 0.5 else "r"
+        if rng.random() < 0.7:
+            _cross_knees(draft, lead, rng)
+        else:
+            _cross_ankle_on_knee(draft, lead, rng)
+    lower_onto_seat(draft, seat_height)
+
+
+def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_yaw: float) -> None:
+    """Solves one leg: thigh about level, foot flat on the floor in front of or behind the knee, or hanging."""
+    marks = draft.marks
+    hip = draft.point(f"{side}_hip_flexion")
+    azimuth = SIGN[side] * np.radians(spread)
+    knee = hip + marks.thigh * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    sole = (0.0, 0.0, draft.marks.side[side].sole[2])
+    length = marks.leg - marks.thigh
+    # A shank that is longer than the knee is high stretches out or tucks in, as far as needed.
+    slant = np.sqrt(max(length**2 - knee[2] ** 2, 0.0))
+    reach = np.sign(forward or 1.0) * max(abs(forward), 0.75 * slant)
+    reach = float(np.clip(reach, -0.35 * marks.shank, 0.75 * marks.shank))
+    if knee[2] > 1.03 * length:
+        _hang_foot(draft, side, forward)
+        return
+    low = 0.0
+    for _ in range(2):
+        target = (knee[0] + reach - 0.02, knee[1] + 0.1 * reach * np.sin(azimuth), -low)
+        toes = (np.cos(np.radians(toe_yaw)), np.sin(np.radians(toe_yaw)), 0.0)
+        goals = [
+            Goal("ankle_inversion", sole, target, (0.25, 0.25, 1.5)),
+            Goal("knee_flexion", (0, 0, 0), knee, (0.1, 0.4, 0.6)),
+            Goal("ankle_inversion", (0, 0, 1), (0, 0, 1), 0.3, is_point=False),
+            Goal("ankle_inversion", (1, 0, 0), toes, 0.04, is_point=False),
+        ]
+        draft.solve(f"{side}_leg", goals, 0.004)
+        low += float(draft.skin(marks.side[side].foot)[:, 2].min())
+    if low > 0.015:
+        _hang_foot(draft, side, forward)
+
+
+def _hang_foot(draft: Draft, side: str, forward: float) -> None:
+    """A leg too short for the floor: level thigh, shank hanging, toes a little down."""
+    swing = float(np.clip(40 * forward, -15, 15))
+    draft.set(f"{side}_", knee_flexion=84 - swing, hip_rotation=0.0, ankle_flexion=-18, ankle_inversion=4)
+
+
+def _radius(draft: Draft, segment: str, height: float) -> float:
+    radius = fit_of(draft.body).profiles.radius[SEGMENT_IDX[segment]]
+    return float(radius[round(height * (len(radius) - 1))].mean())
+
+
+def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
+    """Lays one thigh over the other knee; its shank hangs beside the other shank."""
+    other = OTHER[lead]
+    draft.set(f"{other}_", hip_abduction=min(draft.get(f"{other}_hip_abduction"), 2.0))
+    carrying = draft.point(f"{other}_knee_flexion")
+    lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
+    knee = carrying + np.array([0.03, SIGN[other] * float(rng.uniform(0.0, 0.04)), lift])
+    shank = np.array([float(rng.uniform(0.25, 0.6)), SIGN[other] * float(rng.uniform(0.05, 0.3)), -1.0])
+    goals = [
+        Goal("knee_flexion", (0, 0, 0), knee, 1.0),
+        Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.15, is_point=False),
+    ]
+    draft.set(f"{lead}_", hip_flexion=105, hip_abduction=-10, hip_rotation=0, knee_flexion=80)
+    draft.solve(f"{lead}_leg", goals, 0.01)
+    draft.set(f"{lead}_", ankle_flexion=float(rng.uniform(-35, -8)), ankle_inversion=float(rng.uniform(0, 12)))
+
+
+def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> None:
+    """Lays one ankle on the other thigh just above the knee, the knee falling outwards."""
+    other = OTHER[lead]
+    marks = draft.marks
+    T = draft.links()[LINK_IDX[f"{other}_hip_rotation"]]
+    lift = _radius(draft, f"{other}_thigh", 0.25) + _radius(draft, f"{lead}_shank", 0.15) - 0.01
+    below = -marks.thigh * float(rng.uniform(0.78, 0.88))
+    target = T[:3, :3] @ np.array([lift, 0.0, below]) + T[:3, 3]
+    shank = np.array([float(rng.uniform(0.0, 0.3)), SIGN[other], float(rng.uniform(-0.15, 0.1))])
+    goals = [
+        Goal("knee_flexion", (0, 0, -0.9 * marks.shank), target, 1.0),
+        Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.06, is_point=False),
+    ]
+    draft.set(f"{lead}_", hip_flexion=95, hip_abduction=35, hip_rotation=-45, knee_flexion=100)
+    draft.solve(f"{lead}_leg", goals, 0.01)
+    draft.set(f"{lead}_", ankle_flexion=float(rng.uniform(-10, 10)), ankle_inversion=float(rng.uniform(0, 15)))
+
+
+def rest_on_thigh(draft: Draft, side: str, rng: np.random.Generator, share: float) -> bool:
+    """Lays a palm on the own thigh.
+
+    Args:
+        draft: Changed in place.
+        side: "l" or "r".
+        rng: Random draws.
+        share: Where on the thigh, 0 at the hip, 1 at the knee.
+
+    Returns:
+        Whether the arm reached.
+    """
+    turn = -SIGN[side] * float(rng.uniform(-15, 25))
+    target, normal = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 1.0 - share, turn)
+    marks = draft.marks.side[side]
+    inward = -SIGN[side] * float(rng.uniform(0.1, 0.5))
+    fingers = np.array([1.0, inward, -0.15])
+    goals = [
+        Goal("wrist_deviation", marks.palm, target + 0.004 * normal, 1.0),
+        Goal("wrist_deviation", marks.palm_normal, -normal, 0.12, is_point=False),
+        Goal("wrist_deviation", (0, 0, -1), fingers / np.linalg.norm(fingers), 0.05, is_point=False),
+    ]
+    draft.set(
+        f"{side}_",
+        shoulder_flexion=20,
+        shoulder_abduction=float(rng.uniform(8, 25)),
+        shoulder_rotation=20,
+        elbow_flexion=60,
+        forearm_pronation=50,
+        wrist_flexion=0,
+    )
+    solution = draft.solve(f"{side}_arm", goals, 0.02)
+    curl_fingers(draft, side, rng, 18, 20)
+    return solution.point_error < 0.015
