@@ -72,6 +72,10 @@ class Corpus:
         """Frame of that number, as it was made."""
         return self.frame(index)
 
+    def __reduce__(self) -> tuple:
+        """Travels between processes as its path; reopened there."""
+        return _reopened, (self.path, self.header, self.lines)
+
     @property
     def digest(self) -> str:
         """SHA-256 over header and manifest, which hold the digests of all else."""
@@ -191,6 +195,10 @@ class Corpus:
 
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
         return apply_sensor(sensor, depth, self.camera(index), rng)
+
+
+def _reopened(path: Path, header: Header, lines: dict[int, ShardLine]) -> Corpus:
+    return Corpus(path, header, lines)
 
 
 def check_splits(root: Path, lines: dict[int, ShardLine]) -> None:

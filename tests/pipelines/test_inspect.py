@@ -1,0 +1,88 @@
+"""Inspection draws what it says and counts what is there."""
+
+import json
+import math
+
+import cv2
+import numpy as np
+
+from pipelines.cli import main
+from pipelines.inspect import palette
+from pipelines.inspect.sheet import contact_sheet, joints_picture, pictures
+from pipelines.inspect.statistics import camera_azimuth, histogram, statistics_of
+from synth.geometry import look_at, rotation_about
+from synth.vocabulary import JOINT_NAMES
+
+
+def test_colours_tell_parts_and_classes_apart():
+    for table in (palette.PART_COLOURS, palette.CLASS_COLOURS, np.array(palette.STATE_COLOURS)):
+        assert len({tuple(colour) for colour in table.tolist()}) == len(table)
+
+
+def test_a_strip_has_five_pictures_and_the_sheet_all_frames(toy_corpus):
+    frames = [toy_corpus[i] for i in (0, 1, 2)]
+    shapes = {picture.shape for picture in pictures(frames[0])}
+    assert len(pictures(frames[0])) == 5
+    assert shapes == {(48, 64, 3)}
+    one, three = contact_sheet(frames[:1]), contact_sheet(frames)
+    assert three.shape[1] == one.shape[1]
+    assert three.shape[0] > one.shape[0]
+
+
+def test_parts_are_drawn_in_their_colours(toy_corpus):
+    frame = toy_corpus[1]
+    _, parts, alone, occluders, _ = pictures(frame)
+    np.testing.assert_array_equal(parts, palette.PART_COLOURS[frame.part])
+    np.testing.assert_array_equal(alone, palette.PART_COLOURS[frame.body_part])
+    inside = (frame.occluder == 1) & (frame.body_part == 0)
+    assert (occluders[inside] != palette.NO_RETURN).any(axis=-1).mean() > 0.95
+
+
+def test_a_joint_behind_the_camera_does_not_break_the_picture(toy_corpus):
+    frame = toy_corpus[1]
+    frame.joints.setflags(write=True)
+    joints = frame.joints.copy()
+    joints[0, 2] = -1.0
+    joints[1] = (1e6, 0.0, 0.1)
+    object.__setattr__(frame, "joints", joints)
+    assert joints_picture(frame).shape == (48, 64, 3)
+
+
+def test_azimuth_is_the_bearing_of_the_camera_from_the_person():
+    facing_x = np.eye(4)[None]
+    for bearing in (0.0, 45.0, 90.0, -135.0):
+        eye = (2 * math.cos(math.radians(bearing)), 2 * math.sin(math.radians(bearing)), 1.0)
+        T = look_at(eye, (0.0, 0.0, 1.0))[None]
+        np.testing.assert_allclose(camera_azimuth(facing_x, T), bearing, atol=1e-9)
+        turned = rotation_about((0.0, 0.0, 1.0), math.radians(30.0))[None]
+        np.testing.assert_allclose(camera_azimuth(turned, T), bearing - 30.0, atol=1e-9)
+
+
+def test_statistics_count_every_frame(toy_corpus):
+    statistics = statistics_of(toy_corpus)
+    states = toy_corpus.arrays("joint_state")
+    assert statistics.n_frames == 200
+    head = statistics.joint_states[JOINT_NAMES[0]]
+    assert math.isclose(sum(head.values()), 1.0)
+    assert math.isclose(head["occluded"], (states[:, 0] == 1).mean())
+    assert sum(statistics.visible_fraction.counts) == 200
+    assert statistics.counts["split"] == {"train": 140, "test": 30, "val": 30}
+    assert statistics.counts["objects' classes"] == {"table": 150}
+    assert statistics.counts["camera"] == {"toy": 200}
+
+
+def test_outer_bins_are_open():
+    assert histogram([-5.0, 0.5, 9.0], np.array([0.0, 1.0, 2.0])).counts == [2, 1]
+
+
+def test_inspect_writes_sheets_page_and_numbers(toy_corpus, tmp_path, capsys):
+    assert main(["inspect", str(toy_corpus.path), "--frames", "14", "--out", str(tmp_path / "i")]) == 0
+    names = sorted(path.name for path in (tmp_path / "i").iterdir())
+    assert names == ["index.html", "sheet_00.png", "sheet_01.png", "statistics.json"]
+    assert cv2.imread(str(tmp_path / "i" / "sheet_00.png")).shape[2] == 3
+    page = (tmp_path / "i" / "index.html").read_text()
+    assert "200 frames" in page
+    assert page.count("<svg") == 3
+    assert "http" not in page
+    assert json.loads((tmp_path / "i" / "statistics.json").read_text())["n_frames"] == 200
+    assert str(tmp_path / "i" / "sheet_00.png") in capsys.readouterr().out
