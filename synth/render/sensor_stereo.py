@@ -25,10 +25,10 @@ class ActiveStereo:
 
     Attributes:
         baseline: Between the imagers [m] (D400 data sheet: 50 mm).
-        subpixel: RMS error of the disparity [px]. sigma_z = z^2 subpixel / (f b): Grunnet-Jepsen, Sweetser,
-            Woodfill, "Tuning depth cameras for best performance" (Intel), depth RMS error; 0.08 px is what a
-            well-textured target gives.
-        steps: Disparity steps a pixel, 32 (Keselman et al. 2017: five fractional bits).
+        subpixel: RMS error of the disparity [px]. sigma_z = z^2 subpixel / (f b): Keselman et al. 2017,
+            eq. (2); Grunnet-Jepsen, Sweetser, Woodfill, "Tuning depth cameras for best performance" (Intel), depth
+            RMS error; 0.08 px is a usual value for a well-textured target.
+        steps: Disparity steps a pixel, 32 (Grunnet-Jepsen et al., "Subpixel linearity improvement" (Intel)).
         n_disparities: Search range [px]; the least depth is f b / n_disparities (D400 data sheet, 126).
         correlation: Smoothing of the disparity noise [px], the matching window's.
         fattening: (mean, spread) of the reach by which foreground grows over its edges [px]: half the window wins

@@ -34,9 +34,9 @@ class StructuredLight:
         steps: Disparity steps a native pixel: 1/8 px (Konolige and Mihelich, d = (doff - kd) / 8).
         offset: doff of the same equation [steps]. 1089.408 follows from libfreenect's table
             (z = 120 cm b / (b - m), m = ((kd - 800) / 4 - 0.375) 0.1042 cm).
-        axial: (c0 [m], c1 [1/m], c2 [m]) of sigma_z = c0 + c1 (z - c2)^2, Nguyen, Izadi, Lovell 2012, eq. (2).
-        axial_angle: c3 of the addend c3 / sqrt(z) theta^2 / (pi/2 - theta)^2 [m^1.5], ibid., eq. (3).
-        lateral: (c0, c1) [native px] of sigma_L = c0 + c1 theta / (pi/2 - theta), ibid., eq. (1).
+        axial: (c0 [m], c1 [1/m], c2 [m]) of sigma_z = c0 + c1 (z - c2)^2, Nguyen, Izadi, Lovell 2012, section 2.
+        axial_angle: c3 of the addend c3 / sqrt(z) theta^2 / (pi/2 - theta)^2 [m^1.5], ibid.
+        lateral: (c0, c1) [native px] of sigma_L = c0 + c1 theta / (pi/2 - theta), ibid.
         axial_correlation: Smoothing of the axial noise [native px]; fitted to real frames (docs/sensors.md).
         lateral_correlation: Smoothing of the wobble of edges [native px].
         window: Radius of the matching window [native px].
@@ -148,7 +148,7 @@ def _wobble(
     seen = np.empty_like(lit)
     for v in range(height):
         for u in range(width):
-            # Nguyen et al. 2012, eq. (1)
+            # Nguyen et al. 2012, section 2: lateral noise [px]
             sigma = view.lateral[0] + view.lateral[1] * lean[v, u]
             x = min(max(math.floor(u + sigma * wobble[0][v, u] + 0.5), 0), width - 1)
             y = min(max(math.floor(v + sigma * wobble[1][v, u] + 0.5), 0), height - 1)
@@ -172,9 +172,11 @@ def _quantize(
             z = view.scale / seen[v, u]
             if not view.depth_range[0] <= z <= view.depth_range[1]:
                 continue
-            sigma_z = view.axial[0] + view.axial[1] * (z - view.axial[2]) ** 2  # Nguyen et al. 2012, eq. (2)
-            sigma_z += view.axial_angle / math.sqrt(z) * lean[v, u] ** 2  # and eq. (3)
-            # sigma_z = z^2 / (f b) sigma_d (Khoshelham and Elberink 2012, section 3.2). The published sigma_z
+            sigma_z = (
+                view.axial[0] + view.axial[1] * (z - view.axial[2]) ** 2
+            )  # Nguyen et al. 2012, section 2: axial noise [m]
+            sigma_z += view.axial_angle / math.sqrt(z) * lean[v, u] ** 2  # its addend for tilt
+            # sigma_z = z^2 / (f b) sigma_d (Khoshelham and Elberink 2012, random error). The published sigma_z
             # holds the rounding's own variance, a twelfth of a squared step.
             sigma_d = sigma_z * view.steps / (z * z)
             free = math.sqrt(max(sigma_d * sigma_d - 1.0 / 12.0, 0.0))

@@ -17,12 +17,12 @@ class TimeOfFlight:
     """Parameters of the Kinect v2.
 
     Attributes:
-        axial: (c0, c1, c2) of sigma_z = c0 + c1 z + c2 z^2 [mm; z in m], Fankhauser et al. 2015, eq. (3).
+        axial: (c0, c1, c2) of sigma_z = c0 + c1 z + c2 z^2 [mm; z in m], Fankhauser et al. 2015, axial noise.
         axial_angle: c3 of the addend c3 z^1.5 theta^2 / (pi/2 - theta)^2 [mm], ibid.
         edge: Relative step of depth at which a pixel's footprint may hold two surfaces.
-        mixed_share: Share of the pixels beside an edge whose footprint does (Sarbolandi et al. 2015, 3.3:
-            flying pixels).
-        kept_share: Share of the mixed pixels that pass the driver's edge filter; the others read 0.
+        mixed_share: Share of the pixels beside an edge whose footprint does (flying pixels,
+            Sarbolandi et al. 2015); the share is ours.
+        kept_share: Share of the mixed pixels that pass the driver's edge filter (ours); the others read 0.
         reach: Depth at which a frontal white surface on the axis falls to the least usable amplitude [m].
         falloff: Power of the cosine of the ray's angle by which light and lens fall off to the corners.
         softness: Relative width of the step from return to none about the least amplitude.
