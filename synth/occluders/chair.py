@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.geometry import rotation_about, translation
+from synth.occluders.kit.bars import beam, rod
 from synth.occluders.kit.parts import Array, Part, frame, joined, occluder
-from synth.occluders.kit.shapes import beam, box, cylinder, post, rod, slab
+from synth.occluders.kit.shapes import box, cylinder, post, slab
 from synth.occluders.kit.spec import Spec, chance, choice, count, flag, number, pick, uniform
 from synth.occluders.model import Anchor, Occluder
 
@@ -197,7 +198,7 @@ def make_stool(spec: StoolSpec) -> Occluder:
     direction = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     reach = (0.5 if spec.is_round else 0.62) * size - spec.leg
     upper = direction * (reach - 0.02) + (0, 0, under)
-    foot = direction * (reach - 0.02 + np.tan(spec.splay) * under) + (0, 0, 0.2 * spec.leg)
+    foot = direction * (reach - 0.02 + np.tan(spec.splay) * under) + (0, 0, 0.5 * np.sin(spec.splay) * spec.leg)
     parts = [seat.at(0, 0, spec.seat_height - thick / 2)]
     parts += [rod(a, b, spec.leg / 2) for a, b in zip(foot, upper, strict=True)]
     ring = foot + (upper - foot) * 0.42

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.geometry import translation
+from synth.occluders.kit.bars import rod
 from synth.occluders.kit.parts import Part, joined, occluder
-from synth.occluders.kit.shapes import box, rod, slab
+from synth.occluders.kit.shapes import box, slab
 from synth.occluders.kit.spec import Spec, chance, choice, count, flag, number, pick, uniform
 from synth.occluders.model import Anchor, Occluder
 

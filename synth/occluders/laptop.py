@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.geometry import translation
+from synth.geometry import rotation_about, translation
 from synth.occluders.kit.linkage import Joint, Linkage
 from synth.occluders.kit.parts import joined, occluder
-from synth.occluders.kit.shapes import box, slab
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.kit.spec import Spec, choice, number, pick, uniform
 from synth.occluders.model import Anchor, Occluder
 
@@ -82,11 +82,13 @@ def laptop_linkage(spec: LaptopSpec) -> Linkage:
         for row in (-2, -1, 0, 1, 2)
     ]
     pad = box(0.26 * depth, 0.3 * width, 0.001, 0.0).at(-0.33 * depth, key_y, thick + 0.0002)
-    deck = joined([slab(depth, width, thick, spec.corner, 0.003).at(0, 0, thick / 2), *keys, pad])
+    hinge = (depth / 2, 0.0, thick + 0.002)
+    barrel = cylinder(0.004, 0.16 * width, 0.001).moved(rotation_about((1.0, 0.0, 0.0), np.pi / 2))
+    barrels = [barrel.at(hinge[0] - 0.002, s * 0.3 * width, hinge[2] - 0.002) for s in (-1, 1)]
+    deck = joined([slab(depth, width, thick, spec.corner, 0.003).at(0, 0, thick / 2), *keys, pad, *barrels])
     lid_thick = spec.screen_thickness
     lid = slab(depth, width, lid_thick, spec.corner, 0.002).at(-depth / 2, 0, lid_thick / 2)
     # At angle 0 the lid lies on the deck; a positive turn about +y lifts its far edge.
-    hinge = (depth / 2, 0.0, thick + 0.002)
     joint = Joint("hinge", "revolute", "deck", "screen", hinge, (0.0, 1.0, 0.0), 0.0, np.pi, spec.hinge_angle)
     return Linkage("laptop", (("deck", deck), ("screen", lid)), (joint,))
 

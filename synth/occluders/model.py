@@ -35,9 +35,11 @@ class Anchor:
 
     Attributes:
         name: "top" (a surface that things stand on, hands and forearms rest on), "seat", "backrest",
-            "handle_left", "handle_right", "keyboard_left", "keyboard_right", "base".
+            "handle_left", "handle_right", "keyboard_left", "keyboard_right", "base". Further places of the
+            same sort carry a number: a sofa's "seat_2" and "backrest_2".
         T_object_anchor: (4, 4). Surfaces: origin at the surface's centre, z its outward normal, x the user's
-            forward. Handles: origin at the grip's axis, y along the bar to the user's left, x forward.
+            forward; a backrest's z points to the sitter's forward, its x up along it. A base is the underside,
+            but its z points up, so that T_world_top is T_world_base. Handles: origin at the grip's axis, y along the bar to the user's left, x forward.
         size: (length along x, length along y) of the surface, or (diameter, length) of a grip [m].
         shape: "rectangle" or "ellipse".
     """

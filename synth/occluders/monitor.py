@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.geometry import rotation_about, translation
+from synth.occluders.kit.bars import rod
 from synth.occluders.kit.parts import occluder
-from synth.occluders.kit.shapes import box, cylinder, rod, slab
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.kit.spec import Spec, choice, number, pick, uniform
 from synth.occluders.model import Anchor, Occluder
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from synth.geometry import rotation_about, translation
 from synth.occluders.chair import back_anchor, back_pose
+from synth.occluders.kit.bars import beam, bent, tube
 from synth.occluders.kit.linkage import Joint, Linkage
 from synth.occluders.kit.parts import Part, joined, occluder
-from synth.occluders.kit.shapes import beam, bent, box, cylinder, slab, tube
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.kit.spec import Spec, chance, count, flag, number, uniform
 from synth.occluders.model import Anchor, Occluder
 

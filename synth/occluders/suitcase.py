@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.geometry import rotation_about
+from synth.occluders.kit.bars import bent, rod, tube
 from synth.occluders.kit.parts import Part, frame, occluder
-from synth.occluders.kit.shapes import bent, box, cylinder, rod, slab, tube
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.kit.spec import Spec, chance, count, flag, number, uniform
 from synth.occluders.model import Anchor, Occluder
 

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from synth.geometry import translation
+from synth.occluders.kit.bars import beam, rod
 from synth.occluders.kit.parts import Part, occluder
-from synth.occluders.kit.shapes import beam, box, cylinder, oval, post, rod, slab
+from synth.occluders.kit.shapes import box, cylinder, oval, post, slab
 from synth.occluders.kit.spec import Spec, chance, choice, flag, number, pick, uniform
 from synth.occluders.model import Anchor, Occluder
 
@@ -55,9 +56,9 @@ class TableSpec(Spec):
             self.top != "round" or self.depth == self.width,
             f"a round top has one diameter, but depth={self.depth} and width={self.width}",
         )
-        room = min(self.depth, self.width) / 2 - self.inset - self.leg
+        across = min(self.depth, self.width) if self.base == "four_legs" else self.width
         self.require(
-            room > 0 or self.base == "pedestal",
+            self.base == "pedestal" or across / 2 > self.inset + self.leg,
             f"inset={self.inset} and leg={self.leg} leave no room under the top",
         )
 
@@ -180,7 +181,9 @@ def _trestles(spec: TableSpec) -> list[Part]:
     parts = []
     for y in (-y_trestle, y_trestle):
         for s in (-1, 1):
-            foot, upper = (s * half, y, bar / 2), (s * 0.3 * half, y, height - bar)
+            # A leaning bar's lower end touches the floor with its edge.
+            lift = bar / 2 * 0.7 * half / np.hypot(0.7 * half, height)
+            foot, upper = (s * half, y, lift), (s * 0.3 * half, y, height - bar)
             if spec.is_leg_round:
                 parts.append(rod(foot, upper, bar / 2))
             else:

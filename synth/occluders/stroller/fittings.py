@@ -1,14 +1,16 @@
 """What strollers share: wheels, canopies, panels between tubes, handle anchors."""
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from synth.geometry import rotation_about
+from synth.occluders.kit.bars import rod, sheet, tyre
 from synth.occluders.kit.linkage import Joint
-from synth.occluders.kit.parts import Array, Part, frame, joined
-from synth.occluders.kit.shapes import box, cylinder, rod, sheet, slab, tyre
+from synth.occluders.kit.parts import Array, Part, cross, frame, joined, unit
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.model import Anchor
 
 AXLE = rotation_about((1.0, 0.0, 0.0), np.pi / 2)
@@ -19,27 +21,26 @@ FABRIC = 0.004
 """Half the thickness that solids give to a canopy's cloth [m]."""
 
 
+@lru_cache(maxsize=64)
 def disc_wheel(radius: float, width: float) -> Part:
     """A small solid wheel with its axle along y through the origin."""
     hub = cylinder(0.3 * radius, width + 0.008, 0.003)
     return joined([cylinder(radius, width, 0.3 * width), hub]).moved(AXLE)
 
 
+@lru_cache(maxsize=64)
 def spoked_wheel(radius: float, width: float, n_spokes: int = 5) -> Part:
     """A wheel with a round tyre, thick spokes and a hub, its axle along y through the origin."""
     parts = [tyre(radius, width), cylinder(0.16 * radius, width + 0.01, 0.003)]
-    reach = radius - 0.6 * width
-    for k in range(n_spokes):
-        angle = 2 * np.pi * k / n_spokes
-        tip = reach * np.array([np.cos(angle), np.sin(angle), 0.0])
-        parts.append(rod(0.1 * tip, tip, 0.009, 6))
+    spoke = rod((0.1 * radius, 0, 0), (radius - 0.6 * width, 0, 0), 0.009, 6)
+    parts += [spoke.moved(rotation_about((0, 0, 1), 2 * np.pi * k / n_spokes)) for k in range(n_spokes)]
     return joined(parts).moved(AXLE)
 
 
 def panel(start: tuple[float, float], end: tuple[float, float], width: float, thickness: float) -> Part:
     """A padded panel in the plane of a seat, from (x, z) to (x, z) [m], its middle plane through both."""
     a, b = np.array([start[0], 0.0, start[1]]), np.array([end[0], 0.0, end[1]])
-    normal = np.cross(b - a, (0.0, 1.0, 0.0))
+    normal = cross(b - a, (0.0, 1.0, 0.0))
     T = frame((a + b) / 2, b - a, normal)
     return slab(float(np.linalg.norm(b - a)), width, thickness, 0.03, 0.35 * thickness).moved(T)
 
@@ -47,7 +48,7 @@ def panel(start: tuple[float, float], end: tuple[float, float], width: float, th
 def side_panel(start: tuple[float, float], end: tuple[float, float], y: float, height: float) -> Part:
     """A thin upright strip of cloth beside a seat, `height` wide above the line from (x, z) to (x, z)."""
     a, b = np.array([start[0], y, start[1]]), np.array([end[0], y, end[1]])
-    T = frame((a + b) / 2, b - a, np.cross(b - a, (0.0, 1.0, 0.0)))
+    T = frame((a + b) / 2, b - a, cross(b - a, (0.0, 1.0, 0.0)))
     length = float(np.linalg.norm(b - a))
     up = T[:3, 2] if T[2, 2] >= 0 else -T[:3, 2]
     T[:3, 3] += up * height / 2
@@ -73,7 +74,7 @@ def canopy(radius: float, width: float, start: float, span: float) -> Part:
     half = width / 2
     y = np.concatenate([[half], half - shoulder * (1 - np.cos(turn)), [0.0]])
     rho = np.concatenate([[0.62 * radius], radius - shoulder * (1 - np.sin(turn)), [radius]])
-    section_y = np.concatenate([y, -y[-2::-1]])
+    section_y = np.concatenate([-y, y[-2::-1]])  # from right to left, so that the front is outside
     section_rho = np.concatenate([rho, rho[-2::-1]])
     radial = np.stack([-np.cos(angles), 0 * angles, np.sin(angles)], axis=1)
     grid = section_rho[None, :, None] * radial[:, None, :]
@@ -88,22 +89,21 @@ def canopy(radius: float, width: float, start: float, span: float) -> Part:
 
 
 def _strip(y: Array, rho: Array, outwards: Array, angle: float) -> list[tuple[Array, tuple[float, float, float]]]:
-    """Boxes of the flat strip between two bows: T with x along y and section, and half extents."""
-    outwards = outwards / np.linalg.norm(outwards)
-    along = np.cross((0.0, 1.0, 0.0), outwards)
-    flat = np.cos(angle / 2)
+    """Boxes (T, half extents) of the flat strip of cloth between two bows; x runs along the bows."""
+    direction = np.array(unit(outwards))
+    along = cross((0.0, 1.0, 0.0), direction)
+    chord = rho * np.cos(angle / 2)
     boxes = []
-    corners = list(zip(y, rho, strict=True))
-    for (y0, r0), (y1, r1) in pairwise(corners):
-        # A skirt's strip is narrower near the hinge: two boxes hold it within a centimetre.
-        pieces = np.linspace(0, 1, 1 + max(1, int(np.ceil(abs(r1 - r0) * np.tan(angle / 2) / 0.008))))
-        for s, t in pairwise(pieces):
-            start = np.array([0.0, y0 + s * (y1 - y0), 0.0]) + outwards * (r0 + s * (r1 - r0)) * flat
-            end = np.array([0.0, y0 + t * (y1 - y0), 0.0]) + outwards * (r0 + t * (r1 - r0)) * flat
-            middle = (start + end) / 2
-            half_width = float(middle @ outwards) / flat * np.sin(angle / 2)
-            T = frame(middle, end - start, np.cross(end - start, along))
-            boxes.append((T, (float(np.linalg.norm(end - start)) / 2, half_width, FABRIC)))
+    for (y0, r0), (y1, r1) in pairwise(zip(y.tolist(), chord.tolist(), strict=True)):
+        # The skirt is narrower near the hinge: short boxes hold it within a centimetre.
+        n = max(1, int(np.ceil(abs(r1 - r0) * np.tan(angle / 2) / 0.008)))
+        dy, dr = (y1 - y0) / n, (r1 - r0) / n
+        x_axis = dr * direction + (0.0, dy, 0.0)
+        length = float(np.hypot(dy, dr))
+        for k in range(n):
+            r = r0 + (k + 0.5) * dr
+            T = frame(r * direction + (0.0, y0 + (k + 0.5) * dy, 0.0), x_axis, cross(x_axis, along))
+            boxes.append((T, (length / 2, r * float(np.tan(angle / 2)), FABRIC)))
     return boxes
 
 
@@ -131,8 +131,8 @@ def grip_anchor(name: str, middle: ArrayLike, to_left: ArrayLike, size: tuple[fl
     """Anchor of a grip whose axis runs along `to_left`, the user's left; size is (diameter, length)."""
     y = np.asarray(to_left, dtype=np.float64)
     y = y / np.linalg.norm(y)
-    x = np.cross(y, (0.0, 0.0, 1.0))
-    T = frame(middle, x, np.cross(x, y))
+    x = cross(y, (0.0, 0.0, 1.0))
+    T = frame(middle, x, cross(x, y))
     return Anchor(name, T, size)
 
 

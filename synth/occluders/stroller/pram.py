@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.geometry import rotation_about, translation
+from synth.occluders.kit.bars import bent, rod, tube
 from synth.occluders.kit.linkage import Joint, Linkage
 from synth.occluders.kit.parts import Part, joined, occluder
-from synth.occluders.kit.shapes import bent, box, cylinder, rod, slab, tube
+from synth.occluders.kit.shapes import box, cylinder, slab
 from synth.occluders.kit.spec import Spec, count, flag, number, uniform
 from synth.occluders.model import Occluder
 from synth.occluders.stroller.fittings import (

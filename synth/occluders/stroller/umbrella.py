@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.occluders.kit.bars import bent, rod, tube
 from synth.occluders.kit.linkage import Joint, Linkage
 from synth.occluders.kit.parts import Array, Part, joined, occluder
-from synth.occluders.kit.shapes import bent, rod, tube
 from synth.occluders.kit.spec import Spec, flag, number, uniform
 from synth.occluders.model import Occluder
 from synth.occluders.stroller.fittings import (
