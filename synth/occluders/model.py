@@ -39,7 +39,8 @@ class Anchor:
             same sort carry a number: a sofa's "seat_2" and "backrest_2".
         T_object_anchor: (4, 4). Surfaces: origin at the surface's centre, z its outward normal, x the user's
             forward; a backrest's z points to the sitter's forward, its x up along it. A base is the underside,
-            but its z points up, so that T_world_top is T_world_base. Handles: origin at the grip's axis, y along the bar to the user's left, x forward.
+            but its z points up, so that T_world_top is T_world_base. Handles:
+            origin at the grip's axis, y along the bar to the user's left, x forward.
         size: (length along x, length along y) of the surface, or (diameter, length) of a grip [m].
         shape: "rectangle" or "ellipse".
     """
