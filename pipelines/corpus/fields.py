@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipelines.corpus.layers import hidden_layer
 from synth.frame import Frame
 from synth.vocabulary import N_JOINTS, N_PARTS
 
@@ -75,37 +76,9 @@ def fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
     return {item.name: item for item in listed}
 
 
-def hidden_layer(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
-    """The body layer with zeros where the composite shows the same.
-
-    Returns:
-        (height, width) uint16 [mm] and (height, width) uint8.
-
-    Raises:
-        ValueError: The composite shows a person where the body layer has none.
-    """
-    seen = frame.part > 0
-    if (frame.body_part[seen] == 0).any():
-        n_wrong = int((frame.body_part[seen] == 0).sum())
-        raise ValueError(
-            f"frame {frame.info.index} shows a person in {n_wrong} pixels where the body layer has none"
-        )
-    same = seen & (frame.body_part == frame.part) & (frame.body_depth == frame.depth)
-    keep = ~same
-    return frame.body_depth * keep, frame.body_part * keep
-
-
-def body_layer(
-    depth: np.ndarray, part: np.ndarray, hidden_depth: np.ndarray, hidden_part: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Undoes `hidden_layer`; arrays of any leading shape."""
-    same = (part > 0) & (hidden_part == 0)
-    return np.where(same, depth, hidden_depth), np.where(same, part, hidden_part)
-
-
 def stored_values(frame: Frame) -> dict[str, np.ndarray]:
     """A frame's entries by array name."""
-    hidden_depth, hidden_part = hidden_layer(frame)
+    hidden_depth, hidden_part = hidden_layer(frame.depth, frame.part, frame.body_depth, frame.body_part)
     camera = frame.camera
     return {
         "depth": frame.depth,

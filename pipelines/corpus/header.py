@@ -1,5 +1,6 @@
 """corpus.json: what a corpus was made of and how its codes read."""
 
+import functools
 import hashlib
 import importlib.metadata
 import json
@@ -62,7 +63,7 @@ class Header:
         """Shards of the whole corpus."""
         return -(-self.n_frames // SHARD_FRAMES)
 
-    @property
+    @functools.cached_property
     def fields(self) -> dict[str, Field]:
         """The stored arrays by name."""
         return fields_of(self.height, self.width, self.n_dof)

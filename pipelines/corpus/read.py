@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipelines.corpus import shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS, body_layer
+from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
 from pipelines.corpus.frameinfo import read_infos
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
+from pipelines.corpus.layers import body_layer
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
 from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
@@ -38,6 +39,7 @@ class Corpus:
         numbers = [np.asarray(header.frames_of(shard), dtype=np.int64) for shard in sorted(lines)]
         self.indices: NDArray[np.int64] = np.concatenate([np.empty(0, np.int64), *numbers])
         self._infos = lru_cache(maxsize=8)(self._read_infos)
+        self._paths = lru_cache(maxsize=64)(self._paths_of)
         self._plain = lru_cache(maxsize=4 * len(header.fields))(shards.read_plain)
 
     @classmethod
@@ -173,15 +175,18 @@ class Corpus:
             for row in rows:
                 self._checked(int(numbers[row]))
             slots = (numbers[rows] - shard * SHARD_FRAMES).tolist()
-            path = shard_files(self.path, self.header, shard)[name]
+            path = self._paths(shard)[name]
             if item.is_image:
                 out[rows] = shards.read_maps(path, item, slots, shard * SHARD_FRAMES)
             else:
                 out[rows] = self._plain(path, item)[slots]
         return out
 
+    def _paths_of(self, shard: int) -> dict[str, Path]:
+        return shard_files(self.path, self.header, shard)
+
     def _read_infos(self, shard: int) -> list[tuple[FrameInfo, str]]:
-        infos = read_infos(shard_files(self.path, self.header, shard)["info"], self.header.seed)
+        infos = read_infos(self._paths(shard)["info"], self.header.seed)
         if [info.index for info, _ in infos] != list(self.header.frames_of(shard)):
             raise CorpusError(f"the frame records of shard {shard} of {self.path} are damaged: other frames")
         return infos

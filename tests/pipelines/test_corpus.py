@@ -9,7 +9,7 @@ import zarr
 from toy_source import ToySource
 
 from pipelines.corpus import Corpus, write_corpus
-from pipelines.corpus.fields import hidden_layer
+from pipelines.corpus.layers import body_layer, hidden_layer
 from pipelines.errors import CorpusError, UserError
 
 
@@ -59,10 +59,26 @@ def test_a_body_that_differs_under_the_composite_is_kept(toy_corpus):
     frame = toy_corpus[1]
     odd = frame.body_depth.copy()
     odd[frame.part > 0] += 5
-    hidden = hidden_layer(replace(frame, body_depth=odd))
+    hidden = hidden_layer(frame.depth, frame.part, odd, frame.body_part)
     assert (hidden[0] == odd).all()
     with pytest.raises(ValueError, match="body layer has none"):
-        hidden_layer(replace(frame, body_part=frame.body_part * 0))
+        hidden_layer(frame.depth, frame.part, frame.body_depth, frame.body_part * 0)
+
+
+def test_the_body_layer_is_taken_apart_without_loss():
+    rng = np.random.default_rng(2)
+    body_part = rng.integers(0, 4, (30, 40)).astype(np.uint8)
+    body_depth = np.where(body_part > 0, rng.integers(1, 5, (30, 40)), 0).astype(np.uint16)
+    covered = rng.random((30, 40)) < 0.4
+    depth = np.where(covered, 1, body_depth).astype(np.uint16)
+    part = np.where(covered, 0, body_part).astype(np.uint8)
+    hidden_depth, hidden_part = hidden_layer(depth, part, body_depth, body_part)
+    same = (part > 0) & (part == body_part) & (depth == body_depth)
+    np.testing.assert_array_equal(hidden_depth, np.where(same, 0, body_depth))
+    np.testing.assert_array_equal(hidden_part, np.where(same, 0, body_part))
+    again = body_layer(depth, part, hidden_depth, hidden_part)
+    np.testing.assert_array_equal(again[0], body_depth)
+    np.testing.assert_array_equal(again[1], body_part)
 
 
 def test_unknown_names_and_frames_are_named(toy_corpus):
