@@ -1,11 +1,11 @@
-"""Dining chairs with and without arms, and stools."""
+"""Dining chairs with and without arms, folding chairs, and stools."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from synth.geometry import rotation_about, translation
-from synth.occluders.kit.bars import beam, rod
+from synth.occluders.kit.bars import beam, bent, rod, tube
 from synth.occluders.kit.parts import Array, Part, frame, joined, occluder
 from synth.occluders.kit.shapes import box, cylinder, post, slab
 from synth.occluders.kit.spec import Spec, chance, choice, count, flag, number, pick, uniform
@@ -59,10 +59,11 @@ class DiningChairSpec(Spec):
 def sample_dining_chair(rng: np.random.Generator) -> DiningChairSpec:
     """Draws a chair: seats 0.43-0.47 m high (EN 1729-1 size 6 for adults: 0.46 m), 0.38-0.45 m deep."""
     seat_height = uniform(rng, 0.43, 0.47)
+    has_arms = chance(rng, 0.3)
     return DiningChairSpec(
         seat_height=seat_height,
         seat_depth=uniform(rng, 0.38, 0.45),
-        seat_width=uniform(rng, 0.4, 0.48),
+        seat_width=uniform(rng, 0.48, 0.54) if has_arms else uniform(rng, 0.4, 0.48),
         seat_thickness=uniform(rng, 0.018, 0.055),
         back=pick(rng, BACKS),
         back_height=round(seat_height + uniform(rng, 0.34, 0.54), 4),
@@ -71,7 +72,7 @@ def sample_dining_chair(rng: np.random.Generator) -> DiningChairSpec:
         leg_taper=uniform(rng, 0.6, 0.9) if chance(rng, 0.5) else 1.0,
         is_leg_round=chance(rng, 0.4),
         corner=uniform(rng, 0.01, 0.08),
-        has_arms=chance(rng, 0.3),
+        has_arms=has_arms,
         arm_height=uniform(rng, 0.19, 0.24),
     )
 
@@ -85,7 +86,7 @@ def make_dining_chair(spec: DiningChairSpec) -> Occluder:
     leg = post(spec.leg * spec.leg_taper, spec.leg, under, spec.is_leg_round)
     inset = 0.3 * min(spec.corner, x)
     parts += [leg.at(sx * (x - inset), sy * (y - inset), under / 2) for sx in (-1, 1) for sy in (-1, 1)]
-    rail = under - 0.045
+    rail = spec.seat_height - spec.seat_thickness - 0.018
     parts += [box(2 * (x - inset), 0.018, 0.04).at(0, sy * (y - inset), rail) for sy in (-1, 1)]
     parts += [box(0.018, 2 * (y - inset), 0.04).at(sx * (x - inset), 0, rail) for sx in (-1, 1)]
     T_back = back_pose(-spec.seat_depth / 2 + 0.015, spec.seat_height, spec.recline)
@@ -150,6 +151,73 @@ def _arms(spec: DiningChairSpec, T_back: Array, x_front: float) -> list[Part]:
         parts.append(beam((rear_x, y, z - 0.012), (front[0] + 0.03, y, z - 0.012), 0.045, 0.024))
         parts.append(beam((x_front - 0.04, y, spec.seat_height - 0.03), front, 0.028, 0.028))
     return parts
+
+
+@dataclass(frozen=True)
+class FoldingChairSpec(Spec):
+    """A folding chair of bent tube whose legs cross under the seat; the sitter looks along x.
+
+    Attributes:
+        seat_height: Of the seat's surface [m].
+        seat_depth: Along x [m].
+        seat_width: Along y, between the tubes [m].
+        seat_thickness: Of the seat and the backrest's panel [m].
+        back_height: From the floor to the upper edge of the backrest [m].
+        recline: Of the backrest from the vertical [rad].
+        tube: Diameter of the tubes [m].
+        stride: From the front to the rear feet [m].
+    """
+
+    seat_height: float = number(0.35, 0.55)
+    seat_depth: float = number(0.3, 0.5)
+    seat_width: float = number(0.3, 0.55)
+    seat_thickness: float = number(0.012, 0.06)
+    back_height: float = number(0.65, 1.1)
+    recline: float = number(0.0, 0.5)
+    tube: float = number(0.012, 0.035)
+    stride: float = number(0.3, 0.65)
+
+
+def sample_folding_chair(rng: np.random.Generator) -> FoldingChairSpec:
+    """Draws a folding chair with the sizes of makers: seats 0.43-0.46 m high, backs 0.76-0.86 m."""
+    return FoldingChairSpec(
+        seat_height=uniform(rng, 0.43, 0.46),
+        seat_depth=uniform(rng, 0.37, 0.42),
+        seat_width=uniform(rng, 0.39, 0.44),
+        seat_thickness=uniform(rng, 0.015, 0.03),
+        back_height=uniform(rng, 0.76, 0.86),
+        recline=uniform(rng, 0.12, 0.3),
+        tube=uniform(rng, 0.018, 0.025),
+        stride=uniform(rng, 0.42, 0.5),
+    )
+
+
+def make_folding_chair(spec: FoldingChairSpec) -> Occluder:
+    """Builds the chair; anchors "seat" and "backrest"."""
+    r, half = spec.tube / 2, spec.stride / 2
+    T_back = back_pose(-spec.seat_depth / 2 - r, spec.seat_height, spec.recline)
+    length = (spec.back_height - spec.seat_height) / np.cos(spec.recline)
+    hip, top = T_back[:3, 3], (T_back @ (0.0, 0.0, length, 1.0))[:3]
+    side = np.array([0.0, spec.seat_width / 2 + r, 0.0])
+    front_foot, rear_foot = np.array([half, 0.0, 0.6 * r]), np.array([-half, 0.0, 0.6 * r])
+    under_front = np.array([spec.seat_depth / 2 - 0.03, 0.0, spec.seat_height - spec.seat_thickness - r])
+    parts = [slab(spec.seat_depth, spec.seat_width, spec.seat_thickness, 0.04, 0.006)]
+    parts[0] = parts[0].at(0, 0, spec.seat_height - spec.seat_thickness / 2)
+    for sign in (1, -1):
+        parts.append(tube(bent([front_foot + sign * side, hip + sign * side, top + sign * side], 0.12, 4), r))
+        inner = sign * (side - (0, 2 * r, 0))
+        parts.append(rod(rear_foot + inner, under_front + inner, r))
+    for at, inset in ((under_front, 2 * r), (front_foot + 0.25 * (hip - front_foot), 0.0)):
+        parts.append(rod(at - side + (0, inset, 0), at + side - (0, inset, 0), 0.8 * r))
+    height = 0.55 * length
+    panel = slab(height, 2 * side[1], spec.seat_thickness, 0.03, 0.006).moved(_UPRIGHT)
+    parts.append(panel.at(0, 0, length - height / 2 + 0.005).moved(T_back))
+    face = back_anchor(spec.seat_thickness / 2, length - height / 2, height, spec.seat_width)
+    anchors = (
+        Anchor("seat", translation(0, 0, spec.seat_height), (spec.seat_depth, spec.seat_width)),
+        Anchor("backrest", T_back @ face.T_object_anchor, face.size),
+    )
+    return occluder("chair", parts, anchors)
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ def _seat(spec: OfficeChairSpec) -> Part:
 
 
 def _armrest(spec: OfficeChairSpec, sy: int) -> list[Part]:
-    y = sy * (spec.seat_width / 2 + 0.035)
+    y = sy * (spec.seat_width / 2 + 0.05)
     z = spec.arm_height
     corners = [(-0.02, sy * 0.12, -spec.cushion - 0.008), (-0.02, y, -spec.cushion - 0.008), (-0.02, y, z - 0.03)]
     pad = slab(0.25, 0.075, 0.03, 0.03, 0.01).at(0.0, y, z - 0.015)

@@ -101,7 +101,7 @@ def test_grips_run_to_the_users_left_at_a_height_for_hands():
 
 
 def test_backrests_face_the_sitters_forward_and_lean_back():
-    for kind in ("dining_chair", "office_chair", "sofa"):
+    for kind in ("dining_chair", "folding_chair", "office_chair", "sofa"):
         for spec in examples(kind, 10):
             occluder = make(spec)
             back, seat = occluder.anchor("backrest").T_object_anchor, occluder.anchor("seat").T_object_anchor

@@ -45,7 +45,22 @@ def panel(start: tuple[float, float], end: tuple[float, float], width: float, th
     return slab(float(np.linalg.norm(b - a)), width, thickness, 0.03, 0.35 * thickness).moved(T)
 
 
-def side_panel(start: tuple[float, float], end: tuple[float, float], y: float, height: float) -> Part:
+def seat_sides(corner: tuple[float, float], depth: float, recline: float, y: float) -> list[Part]:
+    """The cloth on one side of a seat: a low strip beside the seat and a wing along the backrest.
+
+    Args:
+        corner: x and z where seat and backrest meet [m].
+        depth: Of the seat from there [m].
+        recline: Of the backrest from the vertical [rad].
+        y: Of the side [m].
+    """
+    x, z = corner
+    strip = _side_strip((x, z), (x + depth, z + 0.03), y, 0.11)
+    wing = _side_strip((x, z), (x - 0.38 * np.sin(recline), z + 0.38 * np.cos(recline)), y, 0.1)
+    return [strip, wing]
+
+
+def _side_strip(start: tuple[float, float], end: tuple[float, float], y: float, height: float) -> Part:
     """A thin upright strip of cloth beside a seat, `height` wide above the line from (x, z) to (x, z)."""
     a, b = np.array([start[0], y, start[1]]), np.array([end[0], y, end[1]])
     T = frame((a + b) / 2, b - a, cross(b - a, (0.0, 1.0, 0.0)))

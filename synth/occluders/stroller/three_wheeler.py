@@ -18,7 +18,7 @@ from synth.occluders.stroller.fittings import (
     canopy,
     canopy_joint,
     panel,
-    side_panel,
+    seat_sides,
     spoked_wheel,
 )
 
@@ -137,8 +137,7 @@ def _frame(spec: ThreeWheelerSpec) -> Part:
         parts.append(tube(bent([fork, (x, s * 0.05, spec.front_radius)], 0.05), 0.012))
         rear = (-x, s * (spec.width / 2 - 0.05), spec.rear_radius)
         parts.append(tube(bent([rear, (0.02, s * w, spec.seat_height - 0.03)], 0.05), 0.014))
-        ends = (-0.16, spec.seat_height), (0.1, spec.seat_height + 0.05)
-        parts.append(side_panel(*ends, s * (spec.seat_width / 2), 0.2))
+        parts += seat_sides((-0.16, spec.seat_height - 0.02), 0.28, spec.recline, s * spec.seat_width / 2)
     parts.append(rod(neck, (neck[0], -neck[1], neck[2]), 0.014))
     parts.append(cylinder(0.01, 0.11).moved(AXLE).at(x, 0, spec.front_radius))
     parts.append(cylinder(0.012, spec.width).moved(AXLE).at(-x, 0, spec.rear_radius))

@@ -16,7 +16,7 @@ from synth.occluders.stroller.fittings import (
     disc_wheel,
     grip_anchor,
     panel,
-    side_panel,
+    seat_sides,
 )
 
 
@@ -133,9 +133,7 @@ def _frame(spec: UmbrellaStrollerSpec, at: _Layout) -> Part:
         )
         for place in (at.front, at.rear):
             parts.append(rod(place * flip, (place * (1, 1, 0) + (0, 0, spec.wheel_radius)) * flip, 0.014))
-        parts.append(
-            side_panel((-0.1, spec.seat_height), (0.15, spec.seat_height + 0.03), sign * spec.seat_width / 2, 0.16)
-        )
+        parts += seat_sides((-0.1, spec.seat_height - 0.02), 0.26, spec.recline, sign * spec.seat_width / 2)
     parts.append(rod(at.rear, at.rear * (1, -1, 1), 0.7 * radius))
     crossing = at.front + 0.62 * (at.elbow - at.front)
     parts += [rod(at.rear * (1, s, 1) + (0, 0, 0.02), crossing * (1, -s, 1), 0.6 * radius, 6) for s in (1, -1)]
