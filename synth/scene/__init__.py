@@ -1,0 +1,6 @@
+"""Scenes: a posed person, the furniture around them and a camera; drawn, placed and rendered into frames."""
+
+from synth.scene.config import SceneConfig, SceneWeights
+from synth.scene.source import FrameSource
+
+__all__ = ["FrameSource", "SceneConfig", "SceneWeights"]

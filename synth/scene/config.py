@@ -1,0 +1,143 @@
+"""What a corpus's scenes are drawn from: families and their weights, cameras, distances, variety."""
+
+from dataclasses import asdict, dataclass, field, fields
+
+from synth.camera import Camera
+from synth.render.presets import MOUNTINGS, camera
+
+SPLITS: tuple[str, ...] = ("train", "val", "test")
+
+DRAWS_PER_BLOCK = 64
+"""Consecutive frames of a split that share a pool of subjects and objects; a shard's length, for the caches."""
+
+
+@dataclass(frozen=True)
+class SceneWeights:
+    """How often each scene family is drawn; any non-negative numbers, not all zero.
+
+    Attributes:
+        unhidden: A person alone, or on a seat; nothing else.
+        table: Sitting or standing at a table.
+        laptop_table: Typing on a laptop that stands on a table.
+        laptop_lap: Typing on a laptop on the lap.
+        stroller: Pushing a stroller.
+        clutter: An unrelated object between the camera and the person.
+        several: A scene with a table or a stroller and unrelated objects besides.
+    """
+
+    unhidden: float = 0.12
+    table: float = 0.24
+    laptop_table: float = 0.20
+    laptop_lap: float = 0.08
+    stroller: float = 0.14
+    clutter: float = 0.12
+    several: float = 0.10
+
+    def __post_init__(self) -> None:
+        weights = asdict(self)
+        for name, weight in weights.items():
+            if not weight >= 0.0:
+                raise ValueError(f"scene weight {name}={weight} must not be negative")
+        if not sum(weights.values()) > 0.0:
+            raise ValueError("at least one scene weight must be positive")
+
+    @staticmethod
+    def names() -> tuple[str, ...]:
+        """The scene families, in the order of their weights."""
+        return tuple(f.name for f in fields(SceneWeights))
+
+
+@dataclass(frozen=True)
+class SplitShares:
+    """Share of the frames in each split; any non-negative numbers, not all zero."""
+
+    train: float = 0.70
+    val: float = 0.10
+    test: float = 0.20
+
+    def __post_init__(self) -> None:
+        shares = asdict(self)
+        if min(shares.values()) < 0.0 or not sum(shares.values()) > 0.0:
+            raise ValueError(f"split shares {shares} must not be negative, and not all zero")
+
+    def counts(self, n_frames: int) -> tuple[int, ...]:
+        """Frames of each split by the largest remainder, in the order of `SPLITS`."""
+        shares = [self.train, self.val, self.test]
+        exact = [share * n_frames / sum(shares) for share in shares]
+        counts = [int(value) for value in exact]
+        by_remainder = sorted(range(3), key=lambda k: (counts[k] - exact[k], k))
+        for k in by_remainder[: n_frames - sum(counts)]:
+            counts[k] += 1
+        return tuple(counts)
+
+
+@dataclass(frozen=True)
+class SceneConfig:
+    """Everything that a corpus's scenes depend on besides the seed.
+
+    Attributes:
+        scenes: Weights of the scene families.
+        splits: Shares of train, val and test; the three share no subject, object or pose draw.
+        camera: Name of a camera preset, or "custom" for `intrinsics`.
+        intrinsics: Image size and pinhole (width, height, fx, fy, cx, cy) of the custom camera [px].
+        mounting: Name of a mounting preset: ranges of the camera's height, pitch and distance.
+        distance: Range of the horizontal distance camera to person [m]; replaces the mounting's.
+        height: Range of the camera's height [m]; replaces the mounting's.
+        azimuth: Range of the camera's bearing seen from the person [rad]; 0 is in front, positive to their left.
+        clearance: Range of the gap between the surfaces of person and object, but for contacts [m].
+        visible_share: Range of the person's visible pixels over those without objects, in scenes with objects.
+        is_context_kept: Whether object class and pose are related as in life; if not, they are drawn independently
+            of each other with the same frequencies.
+        frames_per_subject: Average number of frames a body serves, at most 20 by default.
+        frames_per_object: Likewise for each object class's objects.
+        child_share: Share of subjects under 18 years.
+    """
+
+    scenes: SceneWeights = field(default_factory=SceneWeights)
+    splits: SplitShares = field(default_factory=SplitShares)
+    camera: str = "kinect_v2"
+    intrinsics: tuple[int, int, float, float, float, float] | None = None
+    mounting: str = "any"
+    distance: tuple[float, float] | None = None
+    height: tuple[float, float] | None = None
+    azimuth: tuple[float, float] = (-3.141592653589793, 3.141592653589793)
+    clearance: tuple[float, float] = (0.03, 0.05)
+    visible_share: tuple[float, float] = (0.15, 1.0)
+    is_context_kept: bool = True
+    frames_per_subject: int = 16
+    frames_per_object: int = 16
+    child_share: float = 0.15
+
+    def __post_init__(self) -> None:
+        self.make_camera()
+        if self.mounting not in MOUNTINGS:
+            raise ValueError(f"unknown mounting {self.mounting!r}, known are {', '.join(MOUNTINGS)}")
+        for name, low, high in (
+            ("distance", 0.4, 20.0),
+            ("height", 0.0, 10.0),
+            ("azimuth", -6.3, 6.3),
+            ("clearance", 0.0, 1.0),
+            ("visible_share", 0.0, 1.0),
+        ):
+            _check_range(name, getattr(self, name), low, high)
+        for name in ("frames_per_subject", "frames_per_object"):
+            if not 1 <= getattr(self, name) <= DRAWS_PER_BLOCK:
+                raise ValueError(f"{name}={getattr(self, name)} must be in 1..{DRAWS_PER_BLOCK}")
+        if not 0.0 <= self.child_share <= 1.0:
+            raise ValueError(f"child_share={self.child_share} must be in 0..1")
+
+    def make_camera(self) -> Camera:
+        """The camera that all frames are seen through."""
+        if self.camera != "custom":
+            if self.intrinsics is not None:
+                raise ValueError(f"intrinsics are for camera='custom', not camera={self.camera!r}")
+            return camera(self.camera)
+        if self.intrinsics is None:
+            raise ValueError("camera='custom' needs intrinsics (width, height, fx, fy, cx, cy)")
+        width, height, fx, fy, cx, cy = self.intrinsics
+        return Camera(int(width), int(height), fx, fy, cx, cy)
+
+
+def _check_range(name: str, value: tuple[float, float] | None, low: float, high: float) -> None:
+    if value is not None and not low <= value[0] <= value[1] <= high:
+        raise ValueError(f"{name}={value} must be (lowest, highest) within {low}..{high}")

@@ -1,0 +1,94 @@
+"""What hands touch: tables, keyboards, handles; a laptop lowered on the lap, a stroller put at arm's reach."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.poses import HandTarget, HandTargets, draw_arms
+from synth.geometry import inverse, rotation_about
+from synth.scene.draw import FOREARMS, THIGHS, UPPER_ARMS, Person, SceneDraw
+from synth.scene.placement import PlacedObject, pose_on_floor
+
+LAP_PARTS = FOREARMS | THIGHS
+"""Labels that touch a laptop on the lap."""
+LAP_TOUCH = 0.002
+"""Gap at which a laptop counts as standing on the thighs [m]."""
+STROLLER_REACH = (0.55, 0.90)
+"""Range of the horizontal way from the shoulders to a stroller's handle over the arm's length."""
+
+
+def table_targets(table: PlacedObject) -> HandTargets:
+    """A table's top, for hands that choose their place on it; the table stands nearly unturned."""
+    top = table.occluder.anchor("top")
+    centre = (table.T_world_object @ top.T_object_anchor)[:3, 3]
+    half_x, half_y = 0.5 * top.size[0], 0.5 * top.size[1]
+    if top.shape == "ellipse":
+        half_x, half_y = 0.97 * half_x, 0.6 * half_y
+    rectangle = (centre[0] - half_x, centre[0] + half_x, centre[1] - half_y, centre[1] + half_y)
+    return HandTargets(surface_height=float(centre[2]), surface=tuple(map(float, rectangle)))
+
+
+def key_targets(laptop: PlacedObject, table: PlacedObject | None) -> HandTargets:
+    """A laptop's keys for both hands, on a table's top or the lap."""
+    left, right = (_target(laptop, f"keyboard_{side}", "keyboard") for side in ("left", "right"))
+    if table is None:
+        return HandTargets(left=left, right=right)
+    return replace(table_targets(table), left=left, right=right)
+
+
+def lower_on_lap(draw: SceneDraw, person: Person) -> PlacedObject | None:
+    """Lowers a laptop on the thighs, tilted as they are."""
+    laptop = draw.place("laptop", np.eye(4))
+    base = laptop.occluder.anchor("base")
+    thighs = person.points_of(THIGHS)
+    knee_x = float(person.joints()[[11, 12], 0].min())
+    front = knee_x - float(draw.rng.uniform(0.02, 0.10))
+    x = front - 0.5 * base.size[0]
+    tilt = _slope(thighs, x, base.size)
+    T_world_base = pose_on_floor(x, float(draw.rng.normal(0.0, 0.015)), 0.0) @ rotation_about((0, 1, 0), -tilt)
+    T_world_base[2, 3] = float(thighs[:, 2].max()) + 0.3
+    lowered = replace(laptop, T_world_object=T_world_base @ inverse(base.T_object_anchor), contact_parts=LAP_PARTS)
+    for _ in range(40):
+        gap = lowered.gap(thighs)
+        if gap <= LAP_TOUCH:
+            break
+        lowered = lowered.moved((0.0, 0.0, -max(gap - 0.5 * LAP_TOUCH, 0.0005)))
+    trunk = person.points_without(LAP_PARTS | UPPER_ARMS)
+    return lowered if -LAP_TOUCH < lowered.gap(thighs) <= LAP_TOUCH and lowered.gap(trunk, 0.1) > 0.0 else None
+
+
+def _slope(thighs: NDArray[np.float64], x: float, size: tuple[float, float]) -> float:
+    """Upward slope of the thighs' tops from the back to the front edge of a base [rad]."""
+    tops = []
+    for edge in (x - 0.4 * size[0], x + 0.4 * size[0]):
+        near = thighs[np.abs(thighs[:, 0] - edge) < 0.03]
+        tops.append(float(near[:, 2].max()) if len(near) else np.nan)
+    slope = np.arctan2(tops[1] - tops[0], 0.8 * size[0])
+    return float(np.clip(np.nan_to_num(slope), -0.35, 0.35))
+
+
+def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Person, PlacedObject] | None:
+    """Puts a stroller's handle within reach before the person, then the hands on it."""
+    drawn = draw.place("stroller", np.eye(4))
+    handle = drawn.occluder.anchor("handle_left").T_object_anchor[:3, 3]
+    joints = person.joints()
+    arm = float(np.linalg.norm(joints[6] - joints[4]) + np.linalg.norm(joints[8] - joints[6]))
+    shoulder = joints[3:5].mean(axis=0)
+    reach = float(draw.rng.uniform(*STROLLER_REACH)) * arm
+    T = pose_on_floor(shoulder[0] + reach - handle[0], shoulder[1], 0.0)
+    stroller = replace(drawn, T_world_object=T, contact_parts=FOREARMS)
+    if stroller.gap(person.points_without(FOREARMS | UPPER_ARMS), 0.3) < draw.config.clearance[0]:
+        return None
+    targets = HandTargets(
+        left=_target(stroller, "handle_left", "handle"), right=_target(stroller, "handle_right", "handle")
+    )
+    arms = draw_arms(pose_family, person.subject.body, person.pose, draw.rng, targets)
+    return None if arms is None else (Person.in_pose(person.subject, arms), stroller)
+
+
+def _target(item: PlacedObject, anchor_name: str, grip: str) -> HandTarget:
+    anchor = item.occluder.anchor(anchor_name)
+    x, y, z = (item.T_world_object @ anchor.T_object_anchor)[:3, 3]
+    diameter = {"diameter": float(anchor.size[0])} if grip == "handle" else {}
+    return HandTarget((float(x), float(y), float(z)), grip, **diameter)  # type: ignore[arg-type]

@@ -1,0 +1,114 @@
+"""What one attempt at a scene has in hand, and the scene that comes out of it."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.body import Pose
+from synth.bodies.kinematics import joint_positions
+from synth.bodies.skinning import pose_vertices
+from synth.scene.config import SceneConfig
+from synth.scene.placement import PlacedObject
+from synth.scene.pools import Pools, Subject
+from synth.vocabulary import PART
+
+HANDS = frozenset(PART[f"{side}_{name}"] for side in "lr" for name in ("hand", "wrist"))
+"""Labels that touch a keyboard or a handle."""
+FOREARMS = HANDS | frozenset(PART[name] for name in ("lw_arm", "rw_arm", "l_elbow", "r_elbow"))
+"""Labels that rest on a table."""
+UPPER_ARMS = frozenset(PART[name] for name in ("lu_arm", "ru_arm"))
+"""Labels of the upper arms."""
+SEAT = frozenset(PART[name] for name in ("lw_torso", "rw_torso", "lu_torso", "ru_torso", "lu_leg", "ru_leg"))
+"""Labels that a seat carries and its back holds."""
+THIGHS = frozenset(PART[name] for name in ("lu_leg", "ru_leg", "l_knee", "r_knee"))
+"""Labels that a laptop on the lap stands on."""
+
+
+@dataclass(frozen=True)
+class Person:
+    """A subject in a pose: standing on the origin of the floor, facing x.
+
+    Attributes:
+        subject: Who.
+        pose: Angles and root.
+        vertices: (n_vertices, 3) float64 posed skin, world frame [m].
+    """
+
+    subject: Subject
+    pose: Pose
+    vertices: NDArray[np.float64]
+
+    @staticmethod
+    def in_pose(subject: Subject, pose: Pose) -> "Person":
+        """Skins a subject in a pose."""
+        return Person(subject, pose, pose_vertices(subject.body, pose).astype(np.float64))
+
+    def joints(self) -> NDArray[np.float64]:
+        """(15, 3) joint centres, world frame [m]."""
+        return joint_positions(self.subject.body.skeleton, self.pose)
+
+    def points_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
+        """(n, 3) vertices that belong to these parts, world frame [m]."""
+        return self.vertices[np.isin(self.subject.vertex_part, list(parts))]
+
+    def points_without(self, parts: frozenset[int]) -> NDArray[np.float64]:
+        """(n, 3) vertices that do not belong to these parts, world frame [m]."""
+        return self.vertices[np.isin(self.subject.vertex_part, list(parts), invert=True)]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A posed person and the objects around them, before any camera sees them.
+
+    Attributes:
+        family: The scene family drawn.
+        person: The person.
+        objects: The objects, in the order of their instance numbers.
+        is_behind_objects: Whether objects are meant to hide the person.
+        azimuth: Bearing that the camera must have, because objects stand in its way; None if free [rad].
+    """
+
+    family: str
+    person: Person
+    objects: tuple[PlacedObject, ...] = ()
+    is_behind_objects: bool = True
+    azimuth: float | None = None
+
+    def with_objects(self, *more: PlacedObject) -> "Scene":
+        """The scene with further objects."""
+        return replace(self, objects=(*self.objects, *more))
+
+
+@dataclass(frozen=True)
+class SceneDraw:
+    """One attempt at a scene: where its randomness, subjects and objects come from.
+
+    Attributes:
+        config: The corpus's scenes.
+        pools: Subjects and objects.
+        split: "train", "val" or "test".
+        frame_idx: Number of the frame within its split.
+        rng: The frame's randomness.
+    """
+
+    config: SceneConfig
+    pools: Pools
+    split: str
+    frame_idx: int
+    rng: np.random.Generator = field(repr=False)
+
+    def subject(self) -> Subject:
+        """Draws the person."""
+        return self.pools.draw_subject(self.split, self.frame_idx, self.rng)
+
+    def place(
+        self, class_name: str, T_world_object: NDArray[np.float64], kinds: tuple[str, ...] = ()
+    ) -> PlacedObject:
+        """Draws an object and puts it at a pose."""
+        drawn = self.pools.draw_object(class_name, self.split, self.frame_idx, self.rng, kinds)
+        return PlacedObject(drawn.spec_id, drawn.spec, drawn.occluder, T_world_object)
+
+    def gap(self) -> float:
+        """Draws the distance between the surfaces of person and object [m]."""
+        return float(self.rng.uniform(*self.config.clearance))

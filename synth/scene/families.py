@@ -1,0 +1,193 @@
+"""The scene families: who does what at which object, each a function of one attempt."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from synth.bodies.poses import FAMILIES, draw_arms, draw_base
+from synth.scene.clutter import add_clutter, push_in_the_way
+from synth.scene.contacts import key_targets, lower_on_lap, push_stroller, table_targets
+from synth.scene.draw import Person, Scene, SceneDraw
+from synth.scene.placement import PlacedObject
+from synth.scene.pools import Subject
+from synth.scene.seating import DESK_CHAIRS, seat_person
+from synth.scene.tables import push_table_up, stand_on_table
+
+STANDING_AT_TABLE_SHARE = 0.12
+"""Share of the scenes at a table in which the person stands before it."""
+SEATED_ALONE_SHARE = 0.35
+"""Share of the people without objects, or behind unrelated ones, who sit."""
+MONITOR_SHARE = 0.25
+"""Share of the tables without a laptop that carry a monitor."""
+SEVERAL_CLUTTER = (0.7, 0.3)
+"""How often one or two unrelated objects join a scene of several."""
+
+
+def draw_pose_family(draw: SceneDraw, posture: str, context: str) -> str:
+    """Draws a pose family of a posture and a context by its weight."""
+    fitting = [f for f in FAMILIES.values() if f.context == context and f.posture == posture]
+    weights = np.array([f.weight for f in fitting])
+    return fitting[int(draw.rng.choice(len(fitting), p=weights / weights.sum()))].name
+
+
+def unhidden(draw: SceneDraw) -> Scene | None:
+    """A standing person, or one on a seat, with nothing before them."""
+    subject = draw.subject()
+    is_seated = draw.rng.random() < SEATED_ALONE_SHARE
+    pose_family = draw_pose_family(draw, "sitting" if is_seated else "standing", "none")
+    based = _based(draw, subject, pose_family, ())
+    if based is None:
+        return None
+    person, seat = based
+    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, None)
+    if arms is None:
+        return None
+    return Scene("unhidden", Person.in_pose(subject, arms), seat, is_behind_objects=False)
+
+
+def table(draw: SceneDraw) -> Scene | None:
+    """Sitting at a table with the hands on it, or standing before one."""
+    subject = draw.subject()
+    is_standing = draw.rng.random() < STANDING_AT_TABLE_SHARE
+    posture, context = ("standing", "none") if is_standing else ("sitting", "table")
+    pose_family = draw_pose_family(draw, posture, context)
+    based = _based(draw, subject, pose_family, DESK_CHAIRS)
+    if based is None:
+        return None
+    person, seat = based
+    if is_standing:
+        arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, None)
+        person = Person.in_pose(subject, arms) if arms is not None else person
+        pushed = push_table_up(draw, person, are_arms_on_it=False)
+        return None if arms is None or pushed is None else Scene("table", person, (pushed,))
+    pushed = push_table_up(draw, person)
+    if pushed is None:
+        return None
+    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, table_targets(pushed))
+    if arms is None:
+        return None
+    scene = Scene("table", Person.in_pose(subject, arms), (*seat, pushed))
+    if draw.rng.random() >= MONITOR_SHARE:
+        return scene
+    monitor = stand_on_table(draw, "monitor", pushed, len(scene.objects) - 1, depth=(0.45, 0.75))
+    return scene if monitor is None else scene.with_objects(monitor)
+
+
+def laptop_table(draw: SceneDraw) -> Scene | None:
+    """Typing on a laptop that stands on a table."""
+    subject = draw.subject()
+    pose_family = draw_pose_family(draw, "sitting", "laptop_table")
+    based = _based(draw, subject, pose_family, DESK_CHAIRS)
+    pushed = None if based is None else push_table_up(draw, based[0])
+    if based is None or pushed is None:
+        return None
+    person, seat = based
+    offset = float(draw.rng.normal(0.0, 0.04)) - pushed.T_world_object[1, 3]
+    laptop = stand_on_table(draw, "laptop", pushed, len(seat), depth=(0.04, 0.14), y=offset)
+    if laptop is None:
+        return None
+    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, key_targets(laptop, pushed))
+    if arms is None:
+        return None
+    return Scene("laptop_table", Person.in_pose(subject, arms), (*seat, pushed, laptop))
+
+
+def laptop_lap(draw: SceneDraw) -> Scene | None:
+    """Typing on a laptop that stands on the thighs."""
+    subject = draw.subject()
+    pose_family = draw_pose_family(draw, "sitting", "laptop_lap")
+    based = _based(draw, subject, pose_family, ())
+    laptop = None if based is None else lower_on_lap(draw, based[0])
+    if based is None or laptop is None:
+        return None
+    person, seat = based
+    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, key_targets(laptop, None))
+    return None if arms is None else Scene("laptop_lap", Person.in_pose(subject, arms), (*seat, laptop))
+
+
+def stroller(draw: SceneDraw) -> Scene | None:
+    """Pushing a stroller with one or both hands."""
+    subject = draw.subject()
+    pose_family = draw_pose_family(draw, "standing", "stroller")
+    based = _based(draw, subject, pose_family, ())
+    if based is None:
+        return None
+    pushed = push_stroller(draw, based[0], pose_family)
+    return None if pushed is None else Scene("stroller", pushed[0], (pushed[1],))
+
+
+def clutter(draw: SceneDraw) -> Scene | None:
+    """An unrelated object between the camera and the person."""
+    scene = unhidden(draw)
+    if scene is None:
+        return None
+    return add_clutter(draw, replace(scene, family="clutter", is_behind_objects=True), 1)
+
+
+def several(draw: SceneDraw) -> Scene | None:
+    """A scene with a table, laptop or stroller, and unrelated objects besides."""
+    kinds = (table, laptop_table, stroller)
+    scene = kinds[int(draw.rng.integers(len(kinds)))](draw)
+    if scene is None:
+        return None
+    n_objects = 1 + int(draw.rng.random() >= SEVERAL_CLUTTER[0])
+    return add_clutter(draw, replace(scene, family="several"), n_objects)
+
+
+SCENE_FAMILIES: dict[str, Callable[[SceneDraw], Scene | None]] = {
+    "unhidden": unhidden,
+    "table": table,
+    "laptop_table": laptop_table,
+    "laptop_lap": laptop_lap,
+    "stroller": stroller,
+    "clutter": clutter,
+    "several": several,
+}
+"""Attempts at a scene by family; None means try again with the same randomness going on."""
+
+
+def draw_scene_family(draw: SceneDraw) -> str:
+    """Draws a scene family by the configured weights."""
+    weights = np.array([getattr(draw.config.scenes, name) for name in SCENE_FAMILIES])
+    return list(SCENE_FAMILIES)[int(draw.rng.choice(len(weights), p=weights / weights.sum()))]
+
+
+def without_context(draw: SceneDraw, pose_scene: Scene, object_scene: Scene) -> Scene | None:
+    """The person of one scene among the objects of another, so that neither tells of the other.
+
+    The person keeps their seat. What stood on the floor of the other scene comes up, with its load, from the
+    side where it was and at a gap drawn anew, but turned at random. A laptop from a lap comes on a table.
+
+    Args:
+        draw: The attempt.
+        pose_scene: Where the person comes from.
+        object_scene: Where the objects come from.
+    """
+    seats = tuple(item for item in pose_scene.objects if item.is_seat)
+    scene = Scene(object_scene.family, pose_scene.person, seats, object_scene.is_behind_objects)
+    for idx, item in enumerate(object_scene.objects):
+        if item.stands_on >= 0 or item.is_seat:
+            continue
+        assembly = (item, *(load for load in object_scene.objects if load.stands_on == idx))
+        if item.occluder.class_name == "laptop":
+            carrier = draw.place("table", np.eye(4))
+            load = stand_on_table(draw, "laptop", carrier, 0)
+            assembly = (carrier,) if load is None else (carrier, load)
+        bearing = np.arctan2(item.T_world_object[1, 3], item.T_world_object[0, 3])
+        pushed = push_in_the_way(draw, scene, assembly, float(bearing))
+        if pushed is None:
+            return None
+        scene = scene.with_objects(*pushed)
+    return replace(scene, azimuth=object_scene.azimuth)
+
+
+def _based(
+    draw: SceneDraw, subject: Subject, pose_family: str, kinds: tuple[str, ...]
+) -> tuple[Person, tuple[PlacedObject, ...]] | None:
+    """Trunk and legs of the pose; a sitting one with its seat."""
+    if FAMILIES[pose_family].posture == "sitting":
+        seated = seat_person(draw, subject, pose_family, kinds)
+        return None if seated is None else (seated[0], (seated[1],))
+    base = draw_base(pose_family, subject.body, draw.rng)
+    return None if base is None else (Person.in_pose(subject, base), ())

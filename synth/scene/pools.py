@@ -1,0 +1,120 @@
+"""The subjects and objects that a block of frames shares, made from (seed, split, number) alone and cached."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.body import Body
+from synth.bodies.shape import sample_body
+from synth.bodies.skin import make_body
+from synth.occluders import registry
+from synth.occluders.model import Occluder
+from synth.scene.config import DRAWS_PER_BLOCK, SPLITS, SceneConfig
+from synth.vocabulary import OCCLUDER_CODE
+
+Key = TypeVar("Key")
+Value = TypeVar("Value")
+
+_SUBJECT_STREAM, _OBJECT_STREAM = 1, 2
+_MAX_SUBJECTS, _MAX_OBJECTS = 24, 256
+"""How many the caches keep; a pool has at most 64 subjects, and as many objects of a class."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A body of the corpus.
+
+    Attributes:
+        subject_id: "subject/<split>/<number>".
+        body: The body.
+        vertex_part: (n_vertices,) uint8, body part of each vertex (of one of its faces).
+    """
+
+    subject_id: str
+    body: Body
+    vertex_part: NDArray[np.uint8]
+    spec: dict[str, object]
+
+
+@dataclass(frozen=True)
+class PooledObject:
+    """An object of the corpus: identifier, plain spec, and the thing itself."""
+
+    spec_id: str
+    spec: dict[str, object]
+    occluder: Occluder
+
+
+class Pools:
+    """Makes and keeps the subjects and objects of a corpus.
+
+    Args:
+        config: How many frames share a subject or object.
+        seed: The corpus seed.
+    """
+
+    def __init__(self, config: SceneConfig, seed: int) -> None:
+        self._config = config
+        self._seed = seed
+        self._subjects: OrderedDict[tuple[str, int], Subject] = OrderedDict()
+        self._objects: OrderedDict[tuple[str, str, int], PooledObject] = OrderedDict()
+
+    def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator) -> Subject:
+        """One of the subjects of the frame's block."""
+        number = _draw_number(frame_idx, self._config.frames_per_subject, rng)
+        return _cached(self._subjects, (split, number), _MAX_SUBJECTS, lambda: self._make_subject(split, number))
+
+    def draw_object(
+        self, class_name: str, split: str, frame_idx: int, rng: np.random.Generator, kinds: tuple[str, ...] = ()
+    ) -> PooledObject:
+        """One of the class's objects of the frame's block; of one of the kinds, if any are given.
+
+        A block's objects take the kinds in turn, so that every block has several.
+        """
+        kinds = kinds or registry.KINDS[class_name]
+        number = _draw_number(frame_idx, self._config.frames_per_object, rng)
+        kind = kinds[number % len(kinds)]
+        key = (split, kind, number)
+        return _cached(
+            self._objects, key, _MAX_OBJECTS, lambda: self._make_object(class_name, kind, split, number)
+        )
+
+    def _make_subject(self, split: str, number: int) -> Subject:
+        rng = np.random.default_rng([self._seed, _SUBJECT_STREAM, SPLITS.index(split), number])
+        spec = sample_body(rng, child_share=self._config.child_share)
+        body = make_body(spec)
+        vertex_part = np.zeros(len(body.mesh.vertices), dtype=np.uint8)
+        vertex_part[body.mesh.faces.ravel()] = np.repeat(body.mesh.face_label, 3)
+        return Subject(f"subject/{split}/{number:05d}", body, vertex_part, asdict(spec))
+
+    def _make_object(self, class_name: str, kind: str, split: str, number: int) -> PooledObject:
+        kind_idx = registry.KINDS[class_name].index(kind)
+        stream = [self._seed, _OBJECT_STREAM, SPLITS.index(split), number, OCCLUDER_CODE[class_name], kind_idx]
+        spec = registry.sample(class_name, np.random.default_rng(stream), kind=kind)
+        spec_id = f"{class_name}/{kind}/{split}/{number:05d}"
+        return PooledObject(spec_id, registry.to_plain(spec), registry.make(spec))
+
+
+def _per_block(frames_each: int) -> int:
+    return max(1, DRAWS_PER_BLOCK // frames_each)
+
+
+def _draw_number(frame_idx: int, frames_each: int, rng: np.random.Generator) -> int:
+    """Number of one of the entries that the frame's block of the split shares."""
+    per_block = _per_block(frames_each)
+    return (frame_idx // DRAWS_PER_BLOCK) * per_block + int(rng.integers(per_block))
+
+
+def _cached(cache: OrderedDict[Key, Value], key: Key, n_max: int, make: Callable[[], Value]) -> Value:
+    if key in cache:
+        cache.move_to_end(key)
+        return cache[key]
+    value = make()
+    cache[key] = value
+    if len(cache) > n_max:
+        cache.popitem(last=False)
+    return value

@@ -1,0 +1,35 @@
+"""The laws of a scene: nothing sinks into the person or another object, or comes near but at contacts."""
+
+from synth.scene.draw import Person, Scene
+from synth.scene.placement import PlacedObject, is_free_of
+
+MAX_OVERLAP = 0.008
+"""Skin may sink this deep into what it touches [m]; the law is 0.01 m, less is left for what vertices miss."""
+MAX_SHORTFALL = 0.005
+"""Parts that do not touch an object come at most this much nearer to it than the clearance [m]."""
+OBJECT_OVERLAP = -0.01
+"""Objects may sink this deep into each other (a seat under a table's apron, thin edges) [m]."""
+
+
+def is_sound(scene: Scene, clearance: tuple[float, float]) -> bool:
+    """Whether a scene keeps the laws.
+
+    Args:
+        scene: The scene, complete.
+        clearance: Range of the gap between the surfaces of person and object [m].
+    """
+    if not all(_keeps_clear(item, scene.person, clearance[0]) for item in scene.objects):
+        return False
+    for k, item in enumerate(scene.objects):
+        others = tuple(other for other in scene.objects[:k] if item.stands_on != scene.objects.index(other))
+        if not is_free_of(item, others, OBJECT_OVERLAP):
+            return False
+    return True
+
+
+def _keeps_clear(item: PlacedObject, person: Person, clearance: float) -> bool:
+    if item.gap(person.vertices, 0.2) < (-MAX_OVERLAP if item.contact_parts else clearance - MAX_SHORTFALL):
+        return False
+    if item.is_seat or not item.contact_parts:
+        return True
+    return item.gap(person.points_without(item.contact_parts), 0.2) >= clearance - MAX_SHORTFALL

@@ -1,0 +1,196 @@
+"""FrameSource: makes any frame of a corpus from (configuration, seed, split, number in the split) alone."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.skinning import posed_mesh
+from synth.frame import Frame, FrameInfo, ObjectRecord
+from synth.geometry import inverse, transform_points
+from synth.render import backends
+from synth.render.labels import Visibility, measure_visibility
+from synth.render.records import RenderedPair, RenderObject
+from synth.scene.config import SPLITS, SceneConfig
+from synth.scene.draw import Scene, SceneDraw
+from synth.scene.families import SCENE_FAMILIES, draw_scene_family, without_context
+from synth.scene.placement import PlacedObject
+from synth.scene.pools import Pools
+from synth.scene.soundness import is_sound
+from synth.scene.viewpoint import Viewpoint, draw_azimuth, draw_viewpoint
+from synth.vocabulary import OCCLUDER_CODE
+
+_FRAME_STREAM = 0
+MAX_SCENES = 400
+"""Attempts at a scene before a configuration is given up."""
+MAX_VIEWS = 8
+"""Viewpoints tried on one scene."""
+MIN_BODY_PIXELS = 400
+"""The person alone covers at least this many pixels."""
+
+
+class FrameSource:
+    """The frames of a corpus, in any order.
+
+    The train frames come first, then val, then test. A frame depends on the configuration, the seed, its split
+    and its number within the split, not on the number of frames.
+
+    Args:
+        config: What to draw from.
+        seed: Corpus seed, 0..2**63 - 1.
+        n_frames: Length of the corpus.
+        renderer: Name of the renderer, "numba" or "pyrender".
+    """
+
+    def __init__(self, config: SceneConfig, seed: int, n_frames: int, renderer: str = "numba") -> None:
+        if not 0 <= seed < 2**63:
+            raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
+        if n_frames < 1:
+            raise ValueError(f"n_frames={n_frames} must be at least 1")
+        self.config = config
+        self.seed = seed
+        self.counts = config.splits.counts(n_frames)
+        self._camera = config.make_camera()
+        self._renderer = backends.renderer(renderer, self._camera)
+        self._pools = Pools(config, seed)
+
+    def __len__(self) -> int:
+        return sum(self.counts)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self.frame(index) for index in range(len(self)))
+
+    @property
+    def description(self) -> str:
+        """Which back end and device draws, in words."""
+        return self._renderer.description
+
+    def split_of(self, index: int) -> str:
+        """Name of the split that frame `index` belongs to."""
+        return self._locate(index)[0]
+
+    def frame(self, index: int) -> Frame:
+        """Makes a frame.
+
+        Args:
+            index: 0..len(self) - 1.
+
+        Raises:
+            IndexError: There is no such frame.
+            RuntimeError: No scene of the configuration passes its own conditions.
+        """
+        split, frame_idx = self._locate(index)
+        rng = np.random.default_rng([self.seed, _FRAME_STREAM, SPLITS.index(split), frame_idx])
+        draw = SceneDraw(self.config, self._pools, split, frame_idx, rng)
+        family = draw_scene_family(draw)
+        for _ in range(MAX_SCENES):
+            scene = self._draw_scene(draw, family)
+            if scene is None:
+                continue
+            seen = self._look(draw, scene)
+            if seen is not None:
+                return self._frame(index, draw, scene, *seen)
+        raise RuntimeError(
+            f"frame {index} of seed {self.seed}: no {family!r} scene in {MAX_SCENES} attempts meets "
+            f"clearance={self.config.clearance}, visible_share={self.config.visible_share} and the camera's ranges"
+        )
+
+    def _locate(self, index: int) -> tuple[str, int]:
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index} must be in 0..{len(self) - 1}")
+        for split, count in zip(SPLITS, self.counts, strict=True):
+            if index < count:
+                return split, index
+            index -= count
+        raise AssertionError("counts do not add up")
+
+    def _draw_scene(self, draw: SceneDraw, family: str) -> Scene | None:
+        scene = SCENE_FAMILIES[family](draw)
+        if scene is not None and not self.config.is_context_kept:
+            pose_scene = SCENE_FAMILIES[draw_scene_family(draw)](draw)
+            scene = None if pose_scene is None else without_context(draw, pose_scene, scene)
+        return scene if scene is not None and is_sound(scene, self.config.clearance) else None
+
+    def _look(self, draw: SceneDraw, scene: Scene) -> tuple[Viewpoint, RenderedPair, Visibility] | None:
+        """Draws viewpoints until one shows as much of the person as asked for."""
+        joints = scene.person.joints()
+        body = posed_mesh(scene.person.subject.body, scene.person.pose)
+        objects = [
+            RenderObject(item.occluder.mesh, OCCLUDER_CODE[item.occluder.class_name], k + 1, item.T_world_object)
+            for k, item in enumerate(scene.objects)
+        ]
+        low, high = self.config.visible_share if scene.is_behind_objects else (0.0, 1.0)
+        for _ in range(MAX_VIEWS):
+            azimuth = draw_azimuth(self.config, draw.rng) if scene.azimuth is None else scene.azimuth
+            viewpoint = draw_viewpoint(self.config, self._camera, joints, azimuth, draw.rng)
+            if viewpoint is None or not _is_eye_free(viewpoint, scene):
+                continue
+            T_camera_world = inverse(viewpoint.T_world_camera)
+            pair = self._renderer.render(T_camera_world, body, objects)
+            if np.count_nonzero(pair.body_part) < MIN_BODY_PIXELS:
+                continue
+            labels = measure_visibility(pair, transform_points(T_camera_world, joints), self._camera)
+            if low <= labels.visible_fraction <= high:
+                return viewpoint, pair, labels
+        return None
+
+    def _frame(
+        self,
+        index: int,
+        draw: SceneDraw,
+        scene: Scene,
+        viewpoint: Viewpoint,
+        pair: RenderedPair,
+        labels: Visibility,
+    ) -> Frame:
+        person = scene.person
+        joints = transform_points(inverse(viewpoint.T_world_camera), person.joints())
+        info = FrameInfo(
+            seed=self.seed,
+            index=index,
+            split=draw.split,
+            subject_id=person.subject.subject_id,
+            subject=person.subject.spec,
+            scene_family=scene.family,
+            pose_family=person.pose.family,
+            pose_id=f"pose/{draw.split}/{draw.frame_idx:07d}",
+            visible_fraction=labels.visible_fraction,
+            objects=tuple(
+                _record(item, k + 1, float(labels.object_visible_fraction[k + 1]))
+                for k, item in enumerate(scene.objects)
+            ),
+        )
+        return Frame(
+            depth=pair.depth,
+            part=pair.part,
+            occluder=pair.occluder,
+            instance=pair.instance,
+            body_depth=pair.body_depth,
+            body_part=pair.body_part,
+            joints=joints.astype(np.float32),
+            joint_state=labels.joint_state,
+            joint_visible_fraction=labels.joint_visible_fraction,
+            part_visible_fraction=labels.part_visible_fraction,
+            angles=person.pose.angles.astype(np.float32),
+            T_world_root=person.pose.T_world_root,
+            T_world_camera=viewpoint.T_world_camera,
+            camera=self._camera,
+            info=info,
+        )
+
+
+def _is_eye_free(viewpoint: Viewpoint, scene: Scene) -> bool:
+    """Whether the camera itself does not stand in an object or right before one."""
+    eye: NDArray[np.float64] = viewpoint.T_world_camera[None, :3, 3]
+    return all(item.gap(eye, reach=0.3) > 0.25 for item in scene.objects)
+
+
+def _record(item: PlacedObject, instance: int, visible_fraction: float) -> ObjectRecord:
+    return ObjectRecord(
+        instance=instance,
+        class_name=item.occluder.class_name,
+        spec_id=item.spec_id,
+        spec=item.spec,
+        T_world_object=tuple(tuple(float(value) for value in row) for row in item.T_world_object),
+        visible_fraction=visible_fraction,
+    )
