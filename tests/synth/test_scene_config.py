@@ -1,0 +1,42 @@
+"""Settings of scenes are refused with one clear sentence where they make no sense."""
+
+import pytest
+
+from synth.scene.config import SceneConfig, SceneWeights, SplitShares
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"camera": "kinect_v9"}, "kinect_v9.*kinect_v2"),
+        ({"mounting": "roof"}, "roof.*tripod"),
+        ({"camera": "custom"}, "intrinsics"),
+        ({"intrinsics": (320, 240, 285.0, 285.0, 160.0, 120.0)}, "custom"),
+        ({"camera": "custom", "intrinsics": (320, 240, -285.0, 285.0, 160.0, 120.0)}, "positive"),
+        ({"distance": (3.0, 2.0)}, "distance"),
+        ({"distance": (-1.0, 2.0)}, "distance"),
+        ({"clearance": (0.05, 0.03)}, "clearance"),
+        ({"visible_share": (0.2, 1.2)}, "visible_share"),
+        ({"frames_per_subject": 0}, "frames_per_subject"),
+        ({"child_share": 1.5}, "child_share"),
+    ],
+)
+def test_a_setting_that_makes_no_sense_is_refused(settings: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        SceneConfig(**settings)
+
+
+def test_weights_and_shares_must_be_positive_somewhere() -> None:
+    with pytest.raises(ValueError, match="at least one"):
+        SceneWeights(*[0.0] * len(SceneWeights.names()))
+    with pytest.raises(ValueError, match="table=-1"):
+        SceneWeights(table=-1.0)
+    with pytest.raises(ValueError, match="not all zero"):
+        SplitShares(0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("n_frames", [1, 2, 3, 7, 64, 1550])
+def test_split_counts_add_up_and_follow_the_shares(n_frames: int) -> None:
+    counts = SplitShares(0.7, 0.1, 0.2).counts(n_frames)
+    assert sum(counts) == n_frames
+    assert all(abs(count - share * n_frames) < 1.0 for count, share in zip(counts, (0.7, 0.1, 0.2), strict=True))
