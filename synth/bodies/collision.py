@@ -63,6 +63,7 @@ _RULES: dict[str, dict[str, float]] = {
     "shank": {"o_thigh": 0.025, "o_shank": 0.02, "o_foot": 0.015},
     "foot": {"o_thigh": 0.02, "o_shank": 0.015, "o_foot": 0.012},
 }
+_LEG_SEGMENTS = ("thigh", "shank", "foot")
 # Links whose skin the points of a segment are drawn from.
 _POINT_LINKS = {name: links for name, (_, links) in _SIDED.items()} | {
     "hand": ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
@@ -97,11 +98,15 @@ class BodyFit:
         profiles: Radius tables by `SEGMENT_IDX`.
         points: (n_points,) indices of skin vertices that are tested.
         allowed: (n_points, n_segments) depth allowed [m]; negative where a pair is not tested.
+        is_left: (n_points,) whether a point is on the left side.
+        is_leg: (n_points,) whether a point is on a leg.
     """
 
     profiles: Profiles
     points: NDArray[np.int64]
     allowed: NDArray[np.float64]
+    is_left: NDArray[np.bool_]
+    is_leg: NDArray[np.bool_]
 
 
 _FITS: dict[int, BodyFit] = {}
@@ -143,8 +148,7 @@ def _fit(body: Body) -> BodyFit:
         T = T_bind[LINK_IDX[frame]]
         if len(own) >= 8:
             _fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
-    points, allowed = _test_points(shares, vertices, T_bind)
-    return BodyFit(profiles, points, allowed)
+    return BodyFit(profiles, *_test_points(shares, vertices, T_bind))
 
 
 def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
@@ -170,10 +174,12 @@ def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> Non
 
 def _test_points(
     shares: NDArray[np.float32], vertices: NDArray[np.float64], T_bind: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
     dominant = shares.argmax(axis=1)
     points: list[NDArray[np.int64]] = []
     allowed: list[NDArray[np.float64]] = []
+    is_left: list[NDArray[np.bool_]] = []
+    is_leg: list[NDArray[np.bool_]] = []
     for name, rules in _RULES.items():
         for side, other in (("l", "r"), ("r", "l")):
             own = np.flatnonzero(np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]]))
@@ -188,7 +194,14 @@ def _test_points(
                                 if rule[:2] in ("o_", "s_") else rule]] = depth  # fmt: skip
             points.append(own)
             allowed.append(np.tile(row, (len(own), 1)))
-    return np.concatenate(points).astype(np.int64), np.concatenate(allowed)
+            is_left.append(np.full(len(own), side == "l"))
+            is_leg.append(np.full(len(own), name in _LEG_SEGMENTS))
+    return (
+        np.concatenate(points).astype(np.int64),
+        np.concatenate(allowed),
+        np.concatenate(is_left),
+        np.concatenate(is_leg),
+    )
 
 
 def _spread(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
@@ -272,6 +285,16 @@ def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | Non
         T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
     skin = skin_placed(body, T_world_link, fit.points)
     return float(_worst(fit.profiles, T_world_link, skin, fit.allowed)[0])
+
+
+def excess_of_side(body: Body, T_world_link: NDArray[np.float64], side: str, legs_only: bool = False) -> float:
+    """`excess_depth` of the limbs, or the leg alone, of side "l" or "r"."""
+    fit = fit_of(body)
+    own = fit.is_left == (side == "l")
+    if legs_only:
+        own &= fit.is_leg
+    skin = skin_placed(body, T_world_link, fit.points[own])
+    return float(_worst(fit.profiles, T_world_link, skin, fit.allowed[own])[0])
 
 
 def worst_collision(body: Body, pose: Pose) -> tuple[str, float]:

@@ -102,7 +102,7 @@ class Solution:
     Attributes:
         angles: (n_dofs,) all hinges; only the chain's differ from the given ones.
         point_error: Largest weighted distance of a point goal [m].
-        axis_error: Largest angle of a direction goal [rad].
+        axis_error: Largest angle of a direction goal whose coordinates all count [rad].
     """
 
     angles: NDArray[np.float64]
@@ -324,7 +324,7 @@ def _solve(chain, swing, bend, offsets, axis_idx, axis_sign, lower, upper, goals
             for row in range(3):
                 error += (min(goals.weight[m, row], 1.0) * (now[row] - goals.target[m, row])) ** 2
             point_error = max(point_error, np.sqrt(error))
-        else:
+        elif min(goals.weight[m, 0], goals.weight[m, 1], goals.weight[m, 2]) > 0.0:
             dot = now[0] * goals.target[m, 0] + now[1] * goals.target[m, 1] + now[2] * goals.target[m, 2]
             axis_error = max(axis_error, np.arccos(min(max(dot, -1.0), 1.0)))
     return theta, point_error, axis_error

@@ -28,7 +28,7 @@ from synth.bodies.poses_arms import (
 )
 from synth.bodies.poses_draft import SEAT_DEPTH_SHARE, Draft, landmarks_of
 from synth.bodies.poses_hands import HandTarget, HandTargets
-from synth.bodies.poses_sit import rest_on_thigh, seat_skin, sit
+from synth.bodies.poses_sit import relax_seated_arms, seat_skin, sit
 from synth.bodies.poses_stand import hang_arm, stand_bent, stand_leaning_to_push, stand_upright, walk
 from synth.bodies.poses_table import (
     drink,
@@ -119,9 +119,7 @@ def draw_base(
         draft = Draft(body)
         if kind.posture == "sitting":
             sit(draft, rng, wild, kind.name, seat_height)
-            share = float(rng.uniform(0.35, 0.8))
-            for side in "lr":
-                rest_on_thigh(draft, side, rng, share + wild * float(rng.normal(0, 0.05)))
+            relax_seated_arms(draft, rng, wild)
         else:
             _BASES.get(kind.name, stand_upright)(draft, rng, wild)
             for side in "lr":

@@ -105,14 +105,14 @@ def cross_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | No
     level = float(rng.uniform(0.05, 0.3))
     front, _ = draft.surface("thorax", "thorax_rotation", level, 0.0)
     front[0] = max(front[0], draft.surface("abdomen", "lumbar_rotation", 0.7, 0.0)[0][0])
-    for side, layer in ((OTHER[upper], 1.15), (upper, 2.9)):
+    for side, layer in ((OTHER[upper], 1.2), (upper, 3.5)):
         other = OTHER[side]
         shoulder = draft.point(f"{other}_shoulder_flexion")
         wide = abs(float(shoulder[1] - draft.T_world_root[1, 3]))
         up = 0.03 if side == upper else -0.01
         wrist = np.array([front[0] + layer * girth, -SIGN[side] * 0.62 * wide, front[2] + up + 0.02])
         own = draft.point(f"{side}_shoulder_flexion")
-        elbow = own + draft.marks.upper_arm * unit((0.3, SIGN[side] * 0.25, -0.95))
+        elbow = own + draft.marks.upper_arm * unit((0.4 if side == upper else 0.25, SIGN[side] * 0.35, -0.85))
         elbow_start(draft, side, shoulder_rotation=60, elbow_flexion=105, forearm_pronation=40)
         back = (-1.0, -SIGN[side] * 0.1, 0.0) if side == upper else (-0.9, SIGN[side] * 0.3, 0.0)
         solution = place_hand(

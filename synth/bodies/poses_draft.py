@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision import SEGMENT_IDX, excess_depth, fit_of, link_shares
+from synth.bodies.collision import SEGMENT_IDX, excess_depth, excess_of_side, fit_of, link_shares
 from synth.bodies.ik import Goal, Solution, solve_limb
 from synth.bodies.kinematics import link_transforms
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
@@ -32,6 +32,8 @@ class Side:
         fingertip: (3,) middle of the finger ends, fingertips' frame [m].
         sole: (3,) middle of the sole, foot frame [m].
         hand: Skin vertices of hand and fingers.
+        palm_skin: Those of the palm alone.
+        finger_skin: Those of the fingers alone.
         forearm: Skin vertices between elbow and wrist.
         foot: Skin vertices of the foot.
     """
@@ -41,6 +43,8 @@ class Side:
     fingertip: NDArray[np.float64]
     sole: NDArray[np.float64]
     hand: NDArray[np.int64]
+    palm_skin: NDArray[np.int64]
+    finger_skin: NDArray[np.int64]
     forearm: NDArray[np.int64]
     foot: NDArray[np.int64]
 
@@ -115,6 +119,8 @@ def _find_landmarks(body: Body) -> Landmarks:
             fingertip=end,
             sole=np.array([0.35 * foot, 0.0, feet[:, 2].min()]),
             hand=skin(side, _HAND),
+            palm_skin=skin(side, _HAND[:1]),
+            finger_skin=skin(side, _HAND[1:3]),
             forearm=skin(side, _FOREARM),
             foot=skin(side, _FOOT),
         )
@@ -202,6 +208,10 @@ class Draft:
     def excess(self) -> float:
         """Worst self-collision beyond what is allowed [m]; negative if none."""
         return excess_depth(self.body, self.pose("draft"))
+
+    def excess_of(self, side: str, legs_only: bool = False) -> float:
+        """`excess` of the limbs, or legs alone, of one side [m]."""
+        return excess_of_side(self.body, self.links(), side, legs_only)
 
     def surface(self, segment: str, link: str, height: float, turn: float) -> tuple[NDArray, NDArray]:
         """A point on the skin of a segment and the direction out of it.

@@ -190,22 +190,31 @@ def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> 
         Whether the skin touches the bar within `GAP`.
     """
     marks = draft.marks
+    own = marks.side[side]
     radius = 0.5 * target.diameter
     reach = np.array([0.0, 0.0, -0.3 * marks.palm])
-    draft.set(f"{side}_", fingers_flexion=62, fingertips_flexion=88 - 600 * radius, thumb_flexion=40)
     off = radius
     towards = (np.cos(np.radians(palm_pitch)), 0.0, -np.sin(np.radians(palm_pitch)))
     across = Goal("wrist_deviation", (1, 0, 0), (0.0, -SIGN[side], 0.0), 0.12, is_point=False)
     for _ in range(3):
-        local = marks.side[side].palm + reach + off * marks.side[side].palm_normal
+        local = own.palm + reach + off * own.palm_normal
         solution = place_hand(
             draft, side, target.position, towards, None, local, extra=(across,), palm_weight=0.03
         )
         if solution.point_error > 0.01:
             return False
-        skin = draft.skin(marks.side[side].hand) - np.asarray(target.position)
-        distance = float(np.hypot(skin[:, 0], skin[:, 2])[np.abs(skin[:, 1]) < 0.03].min(initial=1.0))
-        if abs(distance - radius) < 0.4 * GAP:
-            return True
+        distance = _distance_to_bar(draft, own.palm_skin, target)
+        if abs(distance - radius) < 0.3 * GAP:
+            break
         off += radius - distance
+    for curl in (85.0, 75.0, 65.0, 55.0, 45.0):
+        draft.set(f"{side}_", fingers_flexion=0.85 * curl, fingertips_flexion=1.1 * curl, thumb_flexion=35)
+        if _distance_to_bar(draft, own.finger_skin, target) > radius - SINK:
+            break
     return abs(distance - radius) < GAP
+
+
+def _distance_to_bar(draft: Draft, chosen: NDArray[np.int64], target: HandTarget) -> float:
+    """Distance of the nearest of the chosen skin vertices from the bar's axis [m]."""
+    skin = draft.skin(chosen) - np.asarray(target.position)
+    return float(np.hypot(skin[:, 0], skin[:, 2]).min())

@@ -44,7 +44,9 @@ def draw_seat(family: str, rng: np.random.Generator) -> Seat:
             return Seat(float(u(-30, -20)), float(u(0, 8)), float(u(-4, 5)), look=float(u(-5, 10)))
         aside = float(rng.choice([-1.0, 1.0]) * u(10, 24))
         return Seat(float(u(-18, -6)), float(u(4, 12)), float(u(0, 10)), aside, float(u(0, 15)))
-    if family in ("table_writing", "table_elbows", "table_eating"):
+    if family == "table_elbows":
+        return Seat(float(u(0, 14)), float(u(14, 28)), float(u(8, 22)), look=float(u(-5, 15)))
+    if family in ("table_writing", "table_eating"):
         return Seat(float(u(-6, 8)), float(u(8, 20)), float(u(6, 18)), look=float(u(15, 40)))
     if family.startswith(("table", "typing")):
         return Seat(float(u(-14, 0)), float(u(4, 15)), float(u(3, 14)), look=float(u(5, 28)))
@@ -91,11 +93,7 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
         for side in "lr":
             _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
     if family == "sitting_legs_crossed":
-        lead = "l" if rng.random() < 0.5 else "r"
-        if rng.random() < 0.7:
-            _cross_knees(draft, lead, rng)
-        else:
-            _cross_ankle_on_knee(draft, lead, rng)
+        _cross_legs(draft, rng)
     lower_onto_seat(draft, seat_height)
 
 
@@ -141,14 +139,29 @@ def _radius(draft: Draft, segment: str, height: float) -> float:
     return float(radius[round(height * (len(radius) - 1))].mean())
 
 
+def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
+    """Crosses the legs in one of two ways, a few times over until they do not run into each other."""
+    uncrossed = draft.angles.copy()
+    for _ in range(6):
+        lead = "l" if rng.random() < 0.5 else "r"
+        draft.angles = uncrossed.copy()
+        cross = _cross_knees if rng.random() < 0.65 else _cross_ankle_on_knee
+        cross(draft, lead, rng)
+        draft.set(f"{lead}_", toes_extension=0)
+        if max(draft.excess_of(side, legs_only=True) for side in "lr") <= 0.0:
+            return
+
+
 def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
     """Lays one thigh over the other knee; its shank hangs beside the other shank."""
     other = OTHER[lead]
     draft.set(f"{other}_", hip_abduction=min(draft.get(f"{other}_hip_abduction"), 2.0))
     carrying = draft.point(f"{other}_knee_flexion")
     lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
-    knee = carrying + np.array([0.03, SIGN[other] * float(rng.uniform(0.0, 0.04)), lift])
-    shank = np.array([float(rng.uniform(0.25, 0.6)), SIGN[other] * float(rng.uniform(0.05, 0.3)), -1.0])
+    lift *= float(rng.uniform(0.9, 1.05))
+    knee = carrying + np.array([0.05, SIGN[other] * float(rng.uniform(0.0, 0.05)), lift])
+    T = draft.links()[LINK_IDX[f"{other}_knee_flexion"]]
+    shank = -T[:3, 2] + np.array([float(rng.uniform(0.25, 0.6)), SIGN[other] * float(rng.uniform(0.05, 0.3)), 0.0])
     goals = [
         Goal("knee_flexion", (0, 0, 0), knee, 1.0),
         Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.15, is_point=False),
@@ -163,12 +176,16 @@ def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> N
     other = OTHER[lead]
     marks = draft.marks
     T = draft.links()[LINK_IDX[f"{other}_hip_rotation"]]
-    lift = _radius(draft, f"{other}_thigh", 0.25) + _radius(draft, f"{lead}_shank", 0.15) - 0.01
+    lift = (
+        _radius(draft, f"{other}_thigh", 0.25)
+        + _radius(draft, f"{lead}_shank", 0.15)
+        + float(rng.uniform(-0.005, 0.015))
+    )
     below = -marks.thigh * float(rng.uniform(0.78, 0.88))
     target = T[:3, :3] @ np.array([lift, 0.0, below]) + T[:3, 3]
     shank = np.array([float(rng.uniform(0.0, 0.3)), SIGN[other], float(rng.uniform(-0.15, 0.1))])
     goals = [
-        Goal("knee_flexion", (0, 0, -0.9 * marks.shank), target, 1.0),
+        Goal("knee_flexion", (0, 0, -0.82 * marks.shank), target, 1.0),
         Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.06, is_point=False),
     ]
     draft.set(f"{lead}_", hip_flexion=95, hip_abduction=35, hip_rotation=-45, knee_flexion=100)
@@ -210,3 +227,12 @@ def rest_on_thigh(draft: Draft, side: str, rng: np.random.Generator, share: floa
     solution = draft.solve(f"{side}_arm", goals, 0.02)
     curl_fingers(draft, side, rng, 18, 20)
     return solution.point_error < 0.015
+
+
+def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> None:
+    """Lays the hands on the thighs, in the lap or near the knees; nearer the knees where the lap is taken."""
+    common = float(rng.uniform(0.3, 0.8))
+    for side in "lr":
+        for share in (common + 0.05 * wild * float(rng.normal()), 0.5, 0.7, 0.3, 0.85):
+            if rest_on_thigh(draft, side, rng, share) and draft.excess_of(side) <= 0.0:
+                break

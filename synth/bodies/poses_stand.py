@@ -57,7 +57,9 @@ def _root_height(draft: Draft, feet: dict[str, tuple[float, float, float]], stra
     for side, (x, y, _) in feet.items():
         hip = draft.point(f"{side}_hip_flexion") - draft.T_world_root[:3, 3]
         aside = (x - hip[0]) ** 2 + (y - hip[1]) ** 2
-        heights.append(np.sqrt(max((straightness * draft.marks.leg) ** 2 - aside, 0.01)) - hip[2])
+        bones = straightness * (draft.marks.thigh + draft.marks.shank)
+        ankle = -draft.marks.side[side].sole[2]
+        heights.append(np.sqrt(max(bones**2 - aside, 0.01)) + ankle - hip[2])
     return float(min(heights))
 
 
@@ -87,7 +89,7 @@ def stand(
         y = SIGN[side] * spread - SIGN[stance] * shift
         feet[side] = (x, y, SIGN[side] * out)
         draft.set(f"{side}_", hip_flexion=5 + 90 * bend, knee_flexion=6 + 180 * bend, hip_rotation=-0.8 * out)
-    straight = 1.0 - bend - float(rng.uniform(0.002, 0.012))
+    straight = 1.0 - bend - float(rng.uniform(0.0005, 0.004))
     draft.T_world_root[2, 3] = _root_height(draft, feet, straight)
     plant_feet(draft, feet)
 
@@ -196,7 +198,7 @@ def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> 
     curl_fingers(draft, side, rng, 22, 28)
     for abduction in np.arange(float(rng.uniform(3, 9)), 40, 3.0):
         draft.set(f"{side}_", shoulder_abduction=float(abduction))
-        if draft.excess() <= 0.0:
+        if draft.excess_of(side) <= 0.0:
             break
 
 

@@ -167,12 +167,12 @@ def _plant_elbow(
     for _ in range(4):
         elbow = Goal("elbow_flexion", (0, 0, 0), (spot[0], spot[1], spot[2] + lift), (0.5, 0.5, 1.5))
         goals = [
-            Goal("wrist_deviation", marks.palm, hand, 0.6),
+            Goal("wrist_deviation", marks.palm, hand, (0.15, 0.4, 0.15)),
             elbow,
             Goal("wrist_deviation", marks.palm_normal, unit(palm), 0.04, is_point=False),
             Goal("wrist_deviation", (0, 0, -1), unit(fingers), 0.03, is_point=False),
         ]
-        if draft.solve(f"{side}_arm", goals, 0.01).point_error > 0.09:
+        if draft.solve(f"{side}_arm", goals, 0.01).point_error > 0.05:
             return False
         skin = draft.skin(marks.forearm)
         over = skin[(skin[:, 0] > rect[0]) & (skin[:, 0] < rect[1])]
