@@ -24,7 +24,9 @@ def surface_nets(
         Vertices (n, 3) and faces (m, 3).
     """
     nx, ny, nz = field.shape
-    corner = [field[i : nx - 1 + i, j : ny - 1 + j, k : nz - 1 + k] for k in (0, 1) for j in (0, 1) for i in (0, 1)]
+    corner = [
+        field[i : nx - 1 + i, j : ny - 1 + j, k : nz - 1 + k] for k in (0, 1) for j in (0, 1) for i in (0, 1)
+    ]
     inside = [c < 0 for c in corner]
     count = np.sum(inside, axis=0)
     cells = np.argwhere((count > 0) & (count < 8))

@@ -190,6 +190,11 @@ class Lengths:
         shank: Knee to ankle joint centre.
         foot: Ankle to toe hinge, along x.
         ankle_height: Ankle joint centre above the sole.
+        neck_forward: Base of the neck before (+x) the hip centres.
+        head_forward: Hinge under the skull before the hip centres.
+        shoulder_forward: Shoulder joint centre before the hip centres.
+        skull_forward: Head's centre before the hinge under the skull.
+        thumb: Thumb's hinge from the wrist, left hand's frame.
     """
 
     hip_half_width: float
@@ -209,6 +214,11 @@ class Lengths:
     shank: float
     foot: float
     ankle_height: float
+    neck_forward: float = -0.02
+    head_forward: float = -0.01
+    shoulder_forward: float = -0.02
+    skull_forward: float = 0.01
+    thumb: tuple[float, float, float] | None = None
 
     @staticmethod
     def of_stature(stature: float) -> "Lengths":
@@ -249,26 +259,27 @@ def make_skeleton(lengths: Lengths) -> Skeleton:
     offsets = np.zeros((N_DOFS, 3))
     offsets[DOF_IDX["lumbar_flexion"]] = (-0.01, 0, le.pelvis_to_lumbar)
     offsets[DOF_IDX["thorax_flexion"]] = (0, 0, le.lumbar_to_thorax)
-    offsets[DOF_IDX["neck_flexion"]] = (-0.01, 0, le.thorax_to_neck)
-    offsets[DOF_IDX["head_flexion"]] = (0.01, 0, le.neck_to_head)
+    offsets[DOF_IDX["neck_flexion"]] = (le.neck_forward + 0.01, 0, le.thorax_to_neck)
+    offsets[DOF_IDX["head_flexion"]] = (le.head_forward - le.neck_forward, 0, le.neck_to_head)
     for side, sign in (("l", 1.0), ("r", -1.0)):
         offsets[DOF_IDX[f"{side}_clavicle_elevation"]] = (0, sign * le.clavicle_in, le.clavicle_up)
-        offsets[DOF_IDX[f"{side}_shoulder_flexion"]] = (-0.01, sign * le.clavicle, 0)
+        offsets[DOF_IDX[f"{side}_shoulder_flexion"]] = (le.shoulder_forward + 0.01, sign * le.clavicle, 0)
         offsets[DOF_IDX[f"{side}_elbow_flexion"]] = (0, 0, -le.upper_arm)
         offsets[DOF_IDX[f"{side}_wrist_flexion"]] = (0, 0, -le.forearm)
         offsets[DOF_IDX[f"{side}_fingers_flexion"]] = (0, 0, -le.palm)
         offsets[DOF_IDX[f"{side}_fingertips_flexion"]] = (0, 0, -le.fingers)
-        offsets[DOF_IDX[f"{side}_thumb_flexion"]] = (0.25 * le.palm, 0, -0.25 * le.palm)
+        thumb = le.thumb or (0.25 * le.palm, 0.0, -0.25 * le.palm)
+        offsets[DOF_IDX[f"{side}_thumb_flexion"]] = (thumb[0], sign * thumb[1], thumb[2])
         offsets[DOF_IDX[f"{side}_hip_flexion"]] = (0, sign * le.hip_half_width, 0)
         offsets[DOF_IDX[f"{side}_knee_flexion"]] = (0, 0, -le.thigh)
         offsets[DOF_IDX[f"{side}_ankle_flexion"]] = (0, 0, -le.shank)
         offsets[DOF_IDX[f"{side}_toes_extension"]] = (le.foot, 0, -0.75 * le.ankle_height)
     centres = np.zeros((15, 3))
     trunk = le.pelvis_to_lumbar + le.lumbar_to_thorax + le.thorax_to_neck
-    centres[0] = (0.01, 0, le.head_up)
+    centres[0] = (le.skull_forward, 0, le.head_up)
     centres[2] = (0.01, 0, 0.5 * trunk - le.pelvis_to_lumbar)
     for k, sign in enumerate((-1.0, 1.0)):
-        centres[3 + k] = (-0.01, sign * le.clavicle, 0)
+        centres[3 + k] = (le.shoulder_forward + 0.01, sign * le.clavicle, 0)
         centres[7 + k] = (0, 0, -0.6 * le.palm)
         centres[9 + k] = (0, sign * le.hip_half_width, 0)
         centres[13 + k] = (0.5 * le.foot, 0, -0.5 * le.ankle_height)

@@ -1,0 +1,73 @@
+"""The fixed skin: triangles, labels, weights and segment coordinates, read from the package's data."""
+
+from functools import cache
+from importlib.resources import files
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.body import SkinWeights
+from synth.vocabulary import MIRRORED_PART
+
+
+class Template(NamedTuple):
+    """One skin topology; the first n_half vertices are the left half with the midline, the rest their images.
+
+    Attributes:
+        segment: (n_half, k) int64 segments that hold a vertex, -1 for none.
+        share: (n_half, k) float64, rows sum to 1.
+        coords: (n_half, k, 3) float64 station, angle, radius over the table's.
+        on_plane: (n_half,) bool, on the midline.
+        faces: (n_faces, 3) int32.
+        face_label: (n_faces,) uint8.
+        weights: Skin weights of all vertices.
+        mirror: (n_vertices,) int64 index of each vertex's image.
+    """
+
+    segment: NDArray[np.int64]
+    share: NDArray[np.float64]
+    coords: NDArray[np.float64]
+    on_plane: NDArray[np.bool_]
+    faces: NDArray[np.int32]
+    face_label: NDArray[np.uint8]
+    weights: SkinWeights
+    mirror: NDArray[np.int64]
+
+
+@cache
+def template(name: str) -> Template:
+    """Reads a template.
+
+    Args:
+        name: "template" or "template_skirt".
+    """
+    with np.load(str(files("synth.bodies") / "data" / f"{name}.npz")) as data:
+        on_plane = data["on_plane"]
+        n_half = len(on_plane)
+        off_plane = np.flatnonzero(~on_plane)
+        image = np.arange(n_half)
+        image[off_plane] = n_half + np.arange(len(off_plane))
+        half, label = data["faces"], data["face_label"]
+        return Template(
+            data["segment"].astype(np.int64),
+            data["share"].astype(np.float64),
+            data["coords"].astype(np.float64),
+            on_plane,
+            np.concatenate([half, image[half][:, ::-1]]).astype(np.int32),
+            np.concatenate([label, np.array(MIRRORED_PART)[label]]).astype(np.uint8),
+            SkinWeights(data["indptr"], data["link"].astype(np.int32), data["weight"]),
+            np.concatenate([image, off_plane]),
+        )
+
+
+def mirrored_vertices(skin: Template, half: NDArray[np.float64]) -> NDArray[np.float64]:
+    """All vertices from the left half's.
+
+    Args:
+        skin: The template.
+        half: (n_half, 3) [m].
+    """
+    half = half.copy()
+    half[:, 1] = np.where(skin.on_plane, 0.0, np.maximum(half[:, 1], 5e-4))
+    return np.concatenate([half, half[~skin.on_plane] * (1.0, -1.0, 1.0)])
