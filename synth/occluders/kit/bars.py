@@ -22,7 +22,7 @@ def tube(path: ArrayLike, radius: float, sides: int = 8) -> Part:
     normal = _plane_normal(points)
     across = normal - (tangent @ normal)[:, None] * tangent
     across /= np.linalg.norm(across, axis=1)[:, None]
-    other = np.roll(tangent, -1, 1) * np.roll(across, 1, 1) - np.roll(tangent, 1, 1) * np.roll(across, -1, 1)
+    other = _crosses(tangent, across)
     section = circle(sides)
     # At a bend the rings are cut at the mitre, which widens them in the bend's plane.
     step = np.diff(points, axis=0)
@@ -131,6 +131,15 @@ def _tangents(points: Array) -> Array:
     step /= np.linalg.norm(step, axis=1)[:, None]
     tangent = np.concatenate([step[:1], step[:-1] + step[1:], step[-1:]])
     return tangent / np.linalg.norm(tangent, axis=1)[:, None]
+
+
+def _crosses(a: Array, b: Array) -> Array:
+    """Row by row cross products (n, 3); for a few rows faster than numpy's."""
+    out = np.empty_like(a)
+    out[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
+    out[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
+    out[:, 2] = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return out
 
 
 def _plane_normal(points: Array) -> Array:

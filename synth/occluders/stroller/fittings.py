@@ -1,5 +1,6 @@
 """What strollers share: wheels, canopies, panels between tubes, handle anchors."""
 
+import math
 from functools import lru_cache
 from itertools import pairwise
 
@@ -105,20 +106,24 @@ def canopy(radius: float, width: float, start: float, span: float) -> Part:
 
 def _strip(y: Array, rho: Array, outwards: Array, angle: float) -> list[tuple[Array, tuple[float, float, float]]]:
     """Boxes (T, half extents) of the flat strip of cloth between two bows; x runs along the bows."""
-    direction = np.array(unit(outwards))
-    along = cross((0.0, 1.0, 0.0), direction)
-    chord = rho * np.cos(angle / 2)
+    direction, y_axis = np.array(unit(outwards)), np.array([0.0, 1.0, 0.0])
+    along = np.array(cross(y_axis, direction))
+    chord, slope = rho * np.cos(angle / 2), float(np.tan(angle / 2))
     boxes = []
     for (y0, r0), (y1, r1) in pairwise(zip(y.tolist(), chord.tolist(), strict=True)):
         # The skirt is narrower near the hinge: short boxes hold it within a centimetre.
-        n = max(1, int(np.ceil(abs(r1 - r0) * np.tan(angle / 2) / 0.008)))
+        n = math.ceil(max(abs(r1 - r0) * slope / 0.008, 1.0))
         dy, dr = (y1 - y0) / n, (r1 - r0) / n
-        x_axis = dr * direction + (0.0, dy, 0.0)
-        length = float(np.hypot(dy, dr))
+        length = math.hypot(dy, dr)
+        T = np.eye(4)
+        T[:3, 0] = (dr * direction + dy * y_axis) / length
+        T[:3, 1] = along
+        T[:3, 2] = (dr * y_axis - dy * direction) / length
         for k in range(n):
             r = r0 + (k + 0.5) * dr
-            T = frame(r * direction + (0.0, y0 + (k + 0.5) * dy, 0.0), x_axis, cross(x_axis, along))
-            boxes.append((T, (length / 2, r * float(np.tan(angle / 2)), FABRIC)))
+            T = T.copy()
+            T[:3, 3] = r * direction + (y0 + (k + 0.5) * dy) * y_axis
+            boxes.append((T, (length / 2, r * slope, FABRIC)))
     return boxes
 
 
