@@ -1,7 +1,6 @@
 """FrameInfo as JSON lines: one file a shard, one line a frame."""
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 from pipelines.corpus.header import plain_json
@@ -17,8 +16,11 @@ def info_path(root: Path, shard: int) -> Path:
 
 def info_line(frame: Frame) -> str:
     """A frame's record with its camera's name; the seed stands in corpus.json."""
-    values = {name: value for name, value in asdict(frame.info).items() if name != "seed"}
-    return json.dumps(values | {"camera": frame.camera.name}, separators=(",", ":"), default=plain_json)
+    values = dict(vars(frame.info))
+    del values["seed"]
+    values["objects"] = [vars(item) for item in frame.info.objects]
+    values["camera"] = frame.camera.name
+    return json.dumps(values, separators=(",", ":"), default=plain_json)
 
 
 def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
