@@ -1,10 +1,13 @@
+from dataclasses import fields
+
 import numpy as np
 import pytest
 import trimesh
 
 from synth.geometry import transform_points
 from synth.occluders.distance import solid_distances
-from synth.occluders.model import BOX, CAPSULE
+from synth.occluders.kit.shapes import oval
+from synth.occluders.model import BOX, CAPSULE, Solids
 from synth.occluders.registry import GENERATORS, make
 
 CENTIMETRE = 0.01
@@ -58,6 +61,39 @@ def test_every_surface_sample_of_the_solids_lies_within_a_centimetre_of_the_mesh
         assert distance.max() < 1.5 * CENTIMETRE, spec
 
 
+def accepted_spec(kind, rng):
+    """A spec whose fields are drawn from their whole ranges, as far as they fit each other."""
+    spec_type = GENERATORS[kind].spec_type
+    while True:
+        values = {}
+        for entry in fields(spec_type):
+            limits = entry.metadata
+            if limits["type"] is float:
+                values[entry.name] = rng.uniform(limits["low"], limits["high"])
+            elif limits["type"] is int:
+                values[entry.name] = rng.integers(limits["low"], limits["high"] + 1)
+            else:
+                values[entry.name] = rng.choice(limits.get("names", (False, True)))
+        if values.get("top") == "round":
+            values["width"] = values["depth"]
+        try:
+            return spec_type(**values)
+        except ValueError:
+            continue
+
+
+@pytest.mark.parametrize("kind", list(GENERATORS))
+def test_whatever_spec_is_accepted_can_be_built_and_is_filled(kind):
+    rng = np.random.default_rng(9)
+    for _ in range(20):
+        spec = accepted_spec(kind, rng)
+        occluder = make(spec)
+        mesh = trimesh.Trimesh(occluder.mesh.vertices, occluder.mesh.faces, process=False)
+        points, _ = trimesh.sample.sample_surface(mesh, 1500, seed=1)
+        assert solid_distances(occluder.solids, np.eye(4), points).max() < CENTIMETRE, spec
+        assert abs(mesh.vertices[:, 2].min()) < CENTIMETRE, spec
+
+
 @pytest.mark.parametrize("kind", list(GENERATORS))
 def test_solids_are_posed_by_rotations_and_have_a_size(kind):
     for spec in examples(kind, 6):
@@ -77,3 +113,12 @@ def test_a_moved_object_keeps_its_distances():
     T[:3, 3] = (1, 2, 3)
     moved = solid_distances(occluder.solids, T, transform_points(T, points))
     np.testing.assert_allclose(moved, solid_distances(occluder.solids, np.eye(4), points), atol=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [0.35, 0.6, 0.9, 0.97, 0.99, 0.999, 1.0])
+def test_discs_fill_an_oval_of_any_ratio(ratio):
+    part = oval(1.6 * ratio, 1.6, 0.03)
+    solids = Solids(part.kind, part.T_part_solid, part.size)
+    distance = solid_distances(solids, np.eye(4), part.vertices)
+    assert distance.max() < CENTIMETRE
+    assert len(solids.kind) <= 40

@@ -105,7 +105,10 @@ def oval(x: float, y: float, z: float, rounding: float = 0.004) -> Part:
     half = np.array([x, y]) / 2 - inset[:, None]
     rings = _stack(circle(48)[None] * half[:, None, :], heights)
     reach = (a * a - b * b) / a
-    n = int(np.ceil(2 * reach / np.sqrt(8 * b * b / a * TOLERANCE))) + 1 if reach > TOLERANCE else 1
+    # Between two discs the ellipse stands out by step^2 a^2 / (8 b (a^2 - b^2)) in its middle, by about
+    # step^2 a / (8 b^2) near its tips.
+    step = np.sqrt(8 * TOLERANCE * min(b * (a * a - b * b) / (a * a), b * b / a))
+    n = int(np.ceil(2 * reach / step)) + 1 if reach > TOLERANCE / 2 else 1
     rows: list[SolidRow] = []
     for c in np.linspace(-reach, reach, n) if n > 1 else [0.0]:
         radius = b * np.sqrt(1 - c * c / (a * a - b * b)) if n > 1 else b
