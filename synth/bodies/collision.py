@@ -24,6 +24,11 @@ N_POINTS = 70
 MIN_SHARE = 0.3
 """A vertex belongs to a profile when the segment's links hold at least this share of its weight."""
 
+HARD = 0.021
+"""Depths allowed up to this are for firm pairs; larger ones grow with the body's girth [m]."""
+USUAL_GIRTH = 0.125
+"""Mean radius of the thorax for which the depths allowed in flesh are meant [m]."""
+
 _SIDED = {
     "upper_arm": ("shoulder_rotation", ("shoulder_abduction", "shoulder_rotation")),
     "forearm": ("elbow_flexion", ("elbow_flexion", "forearm_pronation")),
@@ -57,13 +62,13 @@ _RULES: dict[str, dict[str, float]] = {
     | {"s_thigh": 0.015, "o_thigh": 0.015, "o_upper_arm": 0.015, "o_forearm": 0.015, "o_hand": 0.012}
     | {"o_fingers": 0.012},
     "hand": _ALL_TRUNK
-    | {"s_thigh": 0.015, "o_thigh": 0.015, "s_shank": 0.012, "o_shank": 0.012, "o_upper_arm": 0.012}
+    | {"s_thigh": 0.015, "o_thigh": 0.015, "s_shank": 0.012, "o_shank": 0.012, "o_upper_arm": 0.02}
     | {"o_forearm": 0.012, "o_hand": 0.012, "o_fingers": 0.012},
     "thigh": {"o_thigh": 0.035},
     "shank": {"o_thigh": 0.025, "o_shank": 0.02, "o_foot": 0.015},
     "foot": {"o_thigh": 0.02, "o_shank": 0.015, "o_foot": 0.012},
 }
-_LEG_SEGMENTS = ("thigh", "shank", "foot")
+_LIMBS = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shank", "foot")}
 # Links whose skin the points of a segment are drawn from.
 _POINT_LINKS = {name: links for name, (_, links) in _SIDED.items()} | {
     "hand": ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
@@ -98,15 +103,13 @@ class BodyFit:
         profiles: Radius tables by `SEGMENT_IDX`.
         points: (n_points,) indices of skin vertices that are tested.
         allowed: (n_points, n_segments) depth allowed [m]; negative where a pair is not tested.
-        is_left: (n_points,) whether a point is on the left side.
-        is_leg: (n_points,) whether a point is on a leg.
+        limb_rows: Limb name to its range of points.
     """
 
     profiles: Profiles
     points: NDArray[np.int64]
     allowed: NDArray[np.float64]
-    is_left: NDArray[np.bool_]
-    is_leg: NDArray[np.bool_]
+    limb_rows: dict[str, slice]
 
 
 _FITS: dict[int, BodyFit] = {}
@@ -148,7 +151,9 @@ def _fit(body: Body) -> BodyFit:
         T = T_bind[LINK_IDX[frame]]
         if len(own) >= 8:
             _fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
-    return BodyFit(profiles, *_test_points(shares, vertices, T_bind))
+    girth = float(profiles.radius[SEGMENT_IDX["thorax"]].mean())
+    flesh = min(max(girth / USUAL_GIRTH, 0.6), 2.0)
+    return BodyFit(profiles, *_test_points(shares, vertices, T_bind, flesh))
 
 
 def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
@@ -173,35 +178,39 @@ def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> Non
 
 
 def _test_points(
-    shares: NDArray[np.float32], vertices: NDArray[np.float64], T_bind: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+    shares: NDArray[np.float32], vertices: NDArray[np.float64], T_bind: NDArray[np.float64], flesh: float
+) -> tuple[NDArray[np.int64], NDArray[np.float64], dict[str, slice]]:
+    """Points of all limbs, what each may do, and the range of rows of each limb."""
     dominant = shares.argmax(axis=1)
     points: list[NDArray[np.int64]] = []
     allowed: list[NDArray[np.float64]] = []
-    is_left: list[NDArray[np.bool_]] = []
-    is_leg: list[NDArray[np.bool_]] = []
-    for name, rules in _RULES.items():
-        for side, other in (("l", "r"), ("r", "l")):
-            own = np.flatnonzero(np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]]))
-            if name in _SKIPPED and len(own):
-                T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
-                z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
-                own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
-            own = own[_spread(vertices[own], N_POINTS)]
-            row = np.full(len(SEGMENTS), -1.0)
-            for rule, depth in rules.items():
-                row[SEGMENT_IDX[rule.replace("o_", f"{other}_").replace("s_", f"{side}_", 1)
-                                if rule[:2] in ("o_", "s_") else rule]] = depth  # fmt: skip
-            points.append(own)
-            allowed.append(np.tile(row, (len(own), 1)))
-            is_left.append(np.full(len(own), side == "l"))
-            is_leg.append(np.full(len(own), name in _LEG_SEGMENTS))
-    return (
-        np.concatenate(points).astype(np.int64),
-        np.concatenate(allowed),
-        np.concatenate(is_left),
-        np.concatenate(is_leg),
-    )
+    limb_rows: dict[str, slice] = {}
+    for limb, names in _LIMBS.items():
+        for side in "lr":
+            start = sum(len(own) for own in points)
+            for name in names:
+                own = np.flatnonzero(
+                    np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]])
+                )
+                if name in _SKIPPED and len(own):
+                    T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
+                    z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
+                    own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
+                own = own[_spread(vertices[own], N_POINTS)]
+                points.append(own)
+                allowed.append(np.tile(_allowances(name, side, flesh), (len(own), 1)))
+            limb_rows[f"{side}_{limb}"] = slice(start, sum(len(own) for own in points))
+    return np.concatenate(points).astype(np.int64), np.concatenate(allowed), limb_rows
+
+
+def _allowances(name: str, side: str, flesh: float) -> NDArray[np.float64]:
+    """(n_segments,) depth allowed in each other segment [m], -1 where a pair is not tested."""
+    row = np.full(len(SEGMENTS), -1.0)
+    prefix = {"s_": f"{side}_", "o_": "r_" if side == "l" else "l_"}
+    for rule, depth in _RULES[name].items():
+        segment = prefix.get(rule[:2], rule[:2]) + rule[2:]
+        row[SEGMENT_IDX[segment]] = depth * flesh if depth > HARD else depth
+    return row
 
 
 def _spread(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
@@ -287,12 +296,10 @@ def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | Non
     return float(_worst(fit.profiles, T_world_link, skin, fit.allowed)[0])
 
 
-def excess_of_side(body: Body, T_world_link: NDArray[np.float64], side: str, legs_only: bool = False) -> float:
-    """`excess_depth` of the limbs, or the leg alone, of side "l" or "r"."""
+def excess_of_limb(body: Body, T_world_link: NDArray[np.float64], limb: str) -> float:
+    """`excess_depth` of the skin of one limb alone: "l_arm", "r_arm", "l_leg" or "r_leg"."""
     fit = fit_of(body)
-    own = fit.is_left == (side == "l")
-    if legs_only:
-        own &= fit.is_leg
+    own = fit.limb_rows[limb]
     skin = skin_placed(body, T_world_link, fit.points[own])
     return float(_worst(fit.profiles, T_world_link, skin, fit.allowed[own])[0])
 

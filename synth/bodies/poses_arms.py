@@ -98,37 +98,38 @@ def reach_out(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
 
 
 def cross_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
-    """Forearms over each other on the chest, each hand at the other upper arm."""
+    """Forearms over each other before the chest, each hand on the other upper arm."""
     upper = lead_side(rng)
-    profiles = fit_of(draft.body).profiles
-    girth = float(profiles.radius[SEGMENT_IDX["l_forearm"]].mean())
-    level = float(rng.uniform(0.05, 0.3))
-    front, _ = draft.surface("thorax", "thorax_rotation", level, 0.0)
+    lower = OTHER[upper]
+    girth = float(fit_of(draft.body).profiles.radius[SEGMENT_IDX["l_forearm"]].mean())
+    front, _ = draft.surface("thorax", "thorax_rotation", float(rng.uniform(0.05, 0.25)), 0.0)
     front[0] = max(front[0], draft.surface("abdomen", "lumbar_rotation", 0.7, 0.0)[0][0])
-    for side, layer in ((OTHER[upper], 1.2), (upper, 3.5)):
-        other = OTHER[side]
-        shoulder = draft.point(f"{other}_shoulder_flexion")
-        wide = abs(float(shoulder[1] - draft.T_world_root[1, 3]))
-        up = 0.03 if side == upper else -0.01
-        wrist = np.array([front[0] + layer * girth, -SIGN[side] * 0.62 * wide, front[2] + up + 0.02])
-        own = draft.point(f"{side}_shoulder_flexion")
-        elbow = own + draft.marks.upper_arm * unit((0.4 if side == upper else 0.25, SIGN[side] * 0.35, -0.85))
-        elbow_start(draft, side, shoulder_rotation=60, elbow_flexion=105, forearm_pronation=40)
-        back = (-1.0, -SIGN[side] * 0.1, 0.0) if side == upper else (-0.9, SIGN[side] * 0.3, 0.0)
-        solution = place_hand(
-            draft,
-            side,
-            wrist,
-            back,
-            (-0.25, -SIGN[side], 0.35),
-            local=np.zeros(3),
-            elbow=elbow,
-            palm_weight=0.06,
+    wide = abs(float(draft.point(f"{upper}_shoulder_flexion")[1] - draft.T_world_root[1, 3]))
+    for side, layer in ((lower, 1.3), (upper, 3.4)):
+        wrist = np.array([front[0] + layer * girth, -SIGN[side] * 0.35 * wide, front[2] + 0.01])
+        shoulder = draft.point(f"{side}_shoulder_flexion")
+        ahead = 0.45 if side == upper else 0.25
+        elbow = shoulder + draft.marks.upper_arm * unit((ahead, SIGN[side] * 0.35, -0.85))
+        elbow_start(
+            draft, side, shoulder_abduction=25, shoulder_rotation=60, elbow_flexion=105, forearm_pronation=40
         )
-        if solution.point_error > 0.03:
+        across = (-0.1, -SIGN[side], 0.25)
+        place_hand(draft, side, wrist, (-1.0, 0.0, -0.2), across, np.zeros(3), elbow)
+        curl_fingers(draft, side, rng, 22, 28)
+    for side in (lower, upper):
+        if not _hold_other_arm(draft, side, float(rng.uniform(0.25, 0.5))):
             return False
-        curl_fingers(draft, side, rng, 25, 30)
     return True
+
+
+def _hold_other_arm(draft: Draft, side: str, height: float) -> bool:
+    """Lays a palm on the front of the other upper arm; the elbow stays where it is."""
+    other = OTHER[side]
+    target, normal = draft.surface(f"{other}_upper_arm", f"{other}_shoulder_rotation", height, -SIGN[other] * 25.0)
+    elbow = draft.point(f"{side}_elbow_flexion")
+    across = (-0.1, -SIGN[side], 0.35)
+    solution = place_hand(draft, side, target + 0.008 * normal, -normal, across, elbow=elbow, elbow_weight=0.2)
+    return solution.point_error < 0.04
 
 
 def hands_to_hips(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
@@ -136,14 +137,16 @@ def hands_to_hips(draft: Draft, rng: np.random.Generator, targets: HandTargets |
     sides = "lr" if rng.random() < 0.8 else lead_side(rng)
     turn = float(rng.uniform(70, 100))
     for side in sides:
-        target, normal = draft.surface("pelvis", "root", float(rng.uniform(0.75, 0.95)), SIGN[side] * turn)
+        height = float(rng.uniform(0.05, 0.4))
+        target, normal = draft.surface("abdomen", "lumbar_rotation", height, SIGN[side] * turn)
+        forward = SIGN[side] * np.cross(normal, (0.0, 0.0, 1.0))
         shoulder = draft.point(f"{side}_shoulder_flexion")
         elbow = shoulder + draft.marks.upper_arm * unit((-0.25, SIGN[side] * 0.75, -0.8))
         elbow_start(
             draft, side, shoulder_flexion=-15, shoulder_abduction=40, shoulder_rotation=30, elbow_flexion=95
         )
         solution = place_hand(
-            draft, side, target + 0.006 * normal, -normal, (0.8, -0.25 * SIGN[side], -0.55), elbow=elbow
+            draft, side, target + 0.008 * normal, -normal, forward - np.array([0, 0, 0.35]), elbow=elbow
         )
         if solution.point_error > ON_SKIN:
             return False
@@ -276,10 +279,10 @@ def sit_leaning(draft: Draft, rng: np.random.Generator, targets: HandTargets | N
         return sit_idle(draft, rng, targets)
     knees = 0.5 * (draft.point("l_knee_flexion") + draft.point("r_knee_flexion"))
     for side in "lr":
-        top, _ = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 0.25, -SIGN[side] * 15)
+        top, up = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 0.4, -SIGN[side] * 10)
         elbow_start(draft, side, shoulder_flexion=40, elbow_flexion=60, shoulder_rotation=40)
         target = knees + np.array([float(rng.uniform(0.0, 0.06)), SIGN[side] * 0.035, 0.08])
-        elbow = 0.75 * top + 0.25 * draft.point(f"{side}_shoulder_flexion")
+        elbow = top + 0.05 * up
         if (
             place_hand(
                 draft, side, target, (0, -SIGN[side], -0.3), (1, -0.3 * SIGN[side], -0.3), elbow=elbow

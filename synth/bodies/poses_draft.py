@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision import SEGMENT_IDX, excess_depth, excess_of_side, fit_of, link_shares
+from synth.bodies.collision import SEGMENT_IDX, excess_depth, excess_of_limb, fit_of, link_shares
 from synth.bodies.ik import Goal, Solution, solve_limb
 from synth.bodies.kinematics import link_transforms
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
@@ -209,9 +209,9 @@ class Draft:
         """Worst self-collision beyond what is allowed [m]; negative if none."""
         return excess_depth(self.body, self.pose("draft"))
 
-    def excess_of(self, side: str, legs_only: bool = False) -> float:
-        """`excess` of the limbs, or legs alone, of one side [m]."""
-        return excess_of_side(self.body, self.links(), side, legs_only)
+    def excess_of(self, side: str, limb: str) -> float:
+        """`excess` of the "arm" or "leg" of one side alone [m]."""
+        return excess_of_limb(self.body, self.links(), f"{side}_{limb}")
 
     def surface(self, segment: str, link: str, height: float, turn: float) -> tuple[NDArray, NDArray]:
         """A point on the skin of a segment and the direction out of it.

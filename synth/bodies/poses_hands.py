@@ -1,6 +1,6 @@
 """Where hands go: targets a scene can give, and the solves that put a palm, a fingertip or a fist on them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,6 +14,8 @@ from synth.bodies.skeleton import LINK_IDX
 Grip = Literal["rest", "keyboard", "handle", "pen", "cup"]
 SINK = 0.005
 """How far skin may go below a surface it rests on [m]."""
+ELBOW_PUSHES = (0.25, 0.4, 0.5)
+"""How far an elbow is pushed out when the arm collides, one try after the other, as shares of the upper arm."""
 GAP = 0.01
 """How far skin may stay off what it touches [m]."""
 
@@ -119,9 +121,32 @@ def place_hand(
         goals.append(Goal("wrist_deviation", marks.palm_normal, unit(palm_towards), palm_weight, is_point=False))
     if fingers_towards is not None:
         goals.append(Goal("wrist_deviation", (0, 0, -1), unit(fingers_towards), fingers_weight, is_point=False))
-    if elbow is not None:
-        goals.append(Goal("elbow_flexion", (0, 0, 0), elbow, elbow_weight))
-    return draft.solve(f"{side}_arm", [*goals, *extra], 0.012)
+    goals += extra
+    start = draft.angles.copy()
+    hint = [] if elbow is None else [Goal("elbow_flexion", (0, 0, 0), elbow, elbow_weight)]
+    best = draft.solve(f"{side}_arm", goals + hint, 0.012)
+    best = replace(best, point_error=_first_error(draft, goals[0], side))
+    excess = draft.excess_of(side, "arm")
+    for push in ELBOW_PUSHES if best.point_error < 0.05 else ():
+        if excess <= 0.0:
+            break
+        # The elbow swivels out of the trunk about the line from shoulder to hand.
+        away = draft.marks.upper_arm * push * np.array([0.5, SIGN[side] * 0.9, 0.3])
+        aside = draft.point(f"{side}_elbow_flexion") + away
+        draft.angles = start.copy()
+        elbow_goal = Goal("elbow_flexion", (0, 0, 0), aside, 0.25)
+        other = draft.solve(f"{side}_arm", [*goals, elbow_goal], 0.012)
+        other = replace(other, point_error=_first_error(draft, goals[0], side))
+        other_excess = draft.excess_of(side, "arm")
+        if other_excess + other.point_error < excess + best.point_error:
+            best, excess = other, other_excess
+    draft.angles = best.angles
+    return best
+
+
+def _first_error(draft: Draft, goal: Goal, side: str) -> float:
+    """Distance of a point goal from its target [m]."""
+    return float(np.linalg.norm(draft.point(f"{side}_{goal.link}", goal.local) - np.asarray(goal.target)))
 
 
 def _lowest_over(draft: Draft, side: str, height: float, rect: tuple[float, float, float, float]) -> float:

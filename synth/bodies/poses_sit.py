@@ -140,7 +140,7 @@ def _radius(draft: Draft, segment: str, height: float) -> float:
 
 
 def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
-    """Crosses the legs in one of two ways, a few times over until they do not run into each other."""
+    """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side."""
     uncrossed = draft.angles.copy()
     for _ in range(6):
         lead = "l" if rng.random() < 0.5 else "r"
@@ -148,8 +148,9 @@ def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
         cross = _cross_knees if rng.random() < 0.65 else _cross_ankle_on_knee
         cross(draft, lead, rng)
         draft.set(f"{lead}_", toes_extension=0)
-        if max(draft.excess_of(side, legs_only=True) for side in "lr") <= 0.0:
+        if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
             return
+    draft.angles = uncrossed
 
 
 def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
@@ -234,5 +235,20 @@ def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> No
     common = float(rng.uniform(0.3, 0.8))
     for side in "lr":
         for share in (common + 0.05 * wild * float(rng.normal()), 0.5, 0.7, 0.3, 0.85):
-            if rest_on_thigh(draft, side, rng, share) and draft.excess_of(side) <= 0.0:
+            if rest_on_thigh(draft, side, rng, share) and draft.excess_of(side, "arm") <= 0.0:
                 break
+        else:
+            _rest_on_belly(draft, side)
+
+
+def _rest_on_belly(draft: Draft, side: str) -> None:
+    """Lays a palm on the belly, for a lap that is taken."""
+    target, normal = draft.surface("abdomen", "lumbar_rotation", 0.5, SIGN[side] * 25)
+    marks = draft.marks.side[side]
+    draft.set(f"{side}_", shoulder_flexion=5, shoulder_abduction=22, shoulder_rotation=45, elbow_flexion=80)
+    goals = [
+        Goal("wrist_deviation", marks.palm, target + 0.01 * normal, 1.0),
+        Goal("wrist_deviation", marks.palm_normal, -normal, 0.1, is_point=False),
+        Goal("wrist_deviation", (0, 0, -1), (0.1, -SIGN[side], -0.1), 0.05, is_point=False),
+    ]
+    draft.solve(f"{side}_arm", goals, 0.02)

@@ -198,7 +198,7 @@ def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> 
     curl_fingers(draft, side, rng, 22, 28)
     for abduction in np.arange(float(rng.uniform(3, 9)), 40, 3.0):
         draft.set(f"{side}_", shoulder_abduction=float(abduction))
-        if draft.excess_of(side) <= 0.0:
+        if draft.excess_of(side, "arm") <= 0.0:
             break
 
 
