@@ -1,4 +1,4 @@
-"""Milliseconds a rendered pair: the numba z-buffer against pyrender (EGL), interleaved in one run.
+"""Milliseconds a rendered pair on one core: the numba z-buffer against pyrender (EGL), interleaved in one run.
 
 Run: python benchmarks/bench_render.py [--repeats 30]
 """
@@ -6,17 +6,22 @@ Run: python benchmarks/bench_render.py [--repeats 30]
 import argparse
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, inverse, look_at, translation
-from synth.render.rasterize import Renderer, RenderObject
+from synth.render.gl import GLRenderer
+from synth.render.labels import measure_visibility
+from synth.render.rasterize import Renderer
+from synth.render.records import RenderObject
 from synth.vocabulary import OCCLUDER_CODE
 
 CAMERA = Camera(512, 424, 365.0, 365.0, 255.5, 211.5, "kinect_v2")
-T_CAMERA_WORLD = inverse(look_at((2.4, 0.3, 1.3), (0.0, 0.0, 0.95)))
+DISTANCES = (1.2, 2.4, 4.0)
 BLOBS = (  # part label, centre [m], radii [m]; x is forward, y the person's left
     (1, (0.0, 0.03, 1.66), (0.09, 0.06, 0.10)),
     (2, (0.0, -0.03, 1.66), (0.09, 0.06, 0.10)),
@@ -48,7 +53,7 @@ def make_person() -> LabelledMesh:
     return LabelledMesh(vertices.astype(np.float32), faces.astype(np.int32), label, is_closed=True)
 
 
-def as_mesh(mesh: trimesh.Trimesh, is_closed: bool) -> LabelledMesh:
+def as_mesh(mesh: Any, is_closed: bool) -> LabelledMesh:
     """An object's mesh."""
     label = np.zeros(len(mesh.faces), np.uint8)
     return LabelledMesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32), label, is_closed)
@@ -74,11 +79,51 @@ def make_objects() -> list[RenderObject]:
     ]
 
 
+def camera_at(distance: float) -> NDArray[np.float64]:
+    """T_camera_world of a camera before the person [m]."""
+    return inverse(look_at((distance, 0.3, 1.3), (0.0, 0.0, 0.95)))
+
+
 def timed(call: Callable[[], object]) -> float:
     """Milliseconds of one call."""
     start = time.perf_counter()
     call()
     return (time.perf_counter() - start) * 1e3
+
+
+def peer(camera: Camera) -> GLRenderer | None:
+    """The renderer that ours is held against, if this machine has it."""
+    try:
+        return GLRenderer(camera)
+    except RuntimeError as error:
+        print(f"no pyrender: {error}")
+        return None
+
+
+def compare(
+    fast: Renderer,
+    slow: GLRenderer | None,
+    T: NDArray[np.float64],
+    body: LabelledMesh,
+    objects: list[RenderObject],
+    repeats: int,
+) -> None:
+    """Times both on one view, in turns, and prints the medians."""
+    joints = np.tile(np.array((0.0, 0.0, 2.0)), (15, 1))
+    pair = fast.render(T, body, objects)
+    times: dict[str, list[float]] = {"numba": [], "labels": [], "pyrender": []}
+    for _ in range(repeats):
+        times["numba"] += [timed(lambda: fast.render(T, body, objects)) for _ in range(10)]
+        times["labels"] += [timed(lambda: measure_visibility(pair, joints, CAMERA)) for _ in range(10)]
+        if slow is not None:
+            # two layers only, without the passes that count each object alone, which numba's time includes
+            times["pyrender"].append(timed(lambda: slow.render_layers(T, body, objects)))
+    medians = {name: float(np.median(values)) for name, values in times.items() if values}
+    line = ", ".join(f"{name} {value:.2f} ms" for name, value in medians.items())
+    n_pixels = np.count_nonzero(pair.body_part)
+    print(f"person on {n_pixels / pair.body_part.size:.0%} of the image, medians of {repeats}: {line}")
+    if slow is not None:
+        print(f"    numba is {medians['pyrender'] / medians['numba']:.1f} times as fast as pyrender")
 
 
 def main() -> None:
@@ -88,35 +133,14 @@ def main() -> None:
     body, objects = make_person(), make_objects()
     n_object_faces = sum(len(item.mesh.faces) for item in objects)
     print(f"body {len(body.faces)} triangles, objects {n_object_faces}, {CAMERA.width}x{CAMERA.height}")
-    fast = Renderer(CAMERA)
-    print(
-        f"numba first call (compile or cache) {timed(lambda: fast.render(T_CAMERA_WORLD, body, objects)):.0f} ms"
-    )
-    ways: dict[str, Callable[[], object]] = {
-        "numba": lambda: fast.render(T_CAMERA_WORLD, body, objects),
-    }
-    try:
-        from synth.render.gl import GLRenderer
-
-        slow = GLRenderer(CAMERA)
-    except (ImportError, RuntimeError) as error:
-        print(f"no pyrender: {error}")
-    else:
+    fast, slow = Renderer(CAMERA), peer(CAMERA)
+    T = camera_at(DISTANCES[0])
+    print(f"numba first call (compiles, or reads the cache) {timed(lambda: fast.render(T, body, objects)):.0f} ms")
+    if slow is not None:
         print(slow.description)
-        # two layers only, without the passes that count each object alone: what the fast one is held against
-        ways["pyrender pair"] = lambda: slow.render_layers(T_CAMERA_WORLD, body, objects)
-        slow.render_layers(T_CAMERA_WORLD, body, objects)
-    times: dict[str, list[float]] = {name: [] for name in ways}
-    for _ in range(repeats):
-        for name, call in ways.items():
-            n_calls = 10 if name == "numba" else 1
-            times[name] += [timed(call) for _ in range(n_calls)]
-    medians = {name: float(np.median(values)) for name, values in times.items()}
-    for name, values in times.items():
-        low, high = np.percentile(values, (10, 90))
-        print(f"{name:14s} median {medians[name]:7.2f} ms a pair (10-90 %: {low:.2f}-{high:.2f})")
-    for name in list(ways)[1:]:
-        print(f"numba is {medians[name] / medians['numba']:.1f} times as fast as {name}")
+        slow.render_layers(T, body, objects)
+    for distance in DISTANCES:
+        compare(fast, slow, camera_at(distance), body, objects, repeats)
 
 
 if __name__ == "__main__":

@@ -235,10 +235,11 @@ def fill_triangle(
             e2 = a2 * left + b2 * y + c2
             q_row = q_start + q_v * y + 0.5
             for x in range(left, right + 1):
-                if (e0 | e1 | e2) >= 0:
-                    q = min(max(np.int32(q_row + q_u * x), low), high)
-                    index = np.uint64(y * width + x)
-                    buffer[index] = max(buffer[index], np.int32(np.int32(q << CODE_BITS) | code))
+                # no branch on the edges: it would be mispredicted in every other pixel
+                q = min(max(np.int32(q_row + q_u * x), low), high)
+                value = np.int32(np.int32(q << CODE_BITS) | code) if (e0 | e1 | e2) >= 0 else np.int32(0)
+                index = np.uint64(y * width + x)
+                buffer[index] = max(buffer[index], value)
                 e0 += a0
                 e1 += a1
                 e2 += a2

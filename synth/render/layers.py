@@ -80,6 +80,29 @@ def unpack(
             occluder[index] = class_of_instance[instance[index]]
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def unpack_body(
+    packed: NDArray[np.int32],
+    bounds: NDArray[np.int64],
+    width: int,
+    millimetres: float,
+    least: int,
+    depth: NDArray[np.uint16],
+    part: NDArray[np.uint8],
+) -> None:
+    """Splits packed pixels that hold the person alone; arguments as for `unpack`."""
+    n_columns = bounds[1] - bounds[0] + 1
+    scale = np.float32(millimetres)
+    for row in range(bounds[2], bounds[3] + 1):
+        base = row * width + bounds[0]
+        for column in range(n_columns):
+            index = np.uint64(base + column)
+            value = packed[index] if packed[index] >= least else np.int32(0)
+            q = np.float32(np.int32(max(value >> CODE_BITS, 1)))
+            depth[index] = np.uint16(np.int32(scale / q + np.float32(0.5))) if value > 0 else np.uint16(0)
+            part[index] = np.uint8(value & CODE_MASK)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def unpack_metres(packed: NDArray[np.int32], metres: float, least: int, depth: NDArray[np.float32]) -> None:
     """Depth of packed pixels as float32 [m], 0 where nothing.

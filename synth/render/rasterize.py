@@ -99,7 +99,7 @@ class Renderer:
             class_of_instance[item.instance] = item.class_code
             bounds = _union(bounds, drawn)
         depth, part, occluder, instance = self._unpack(self._composite, bounds, class_of_instance)
-        body_depth, body_part, _, _ = self._unpack(self._body, body_bounds, class_of_instance)
+        body_depth, body_part = self._unpack_body(body_bounds)
         return RenderedPair(depth, part, occluder, instance, body_depth, body_part, object_pixels)
 
     def depth_metres(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -162,6 +162,20 @@ class Renderer:
             instance.reshape(-1),
         )
         return depth, part, occluder, instance
+
+    def _unpack_body(self, bounds: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+        shape = (self.camera.height, self.camera.width)
+        depth, part = np.zeros(shape, np.uint16), np.zeros(shape, np.uint8)
+        layers.unpack_body(
+            self._body,
+            bounds,
+            self.camera.width,
+            self._metres * 1000.0,
+            self._least,
+            depth.reshape(-1),
+            part.reshape(-1),
+        )
+        return depth, part
 
 
 def _union(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:

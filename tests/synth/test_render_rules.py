@@ -110,6 +110,23 @@ def test_a_floor_seen_at_a_grazing_angle_has_its_analytic_depth() -> None:
     assert np.allclose(depth, expected[:, None], atol=1e-4)
 
 
+def test_a_triangle_seen_edge_on_stays_within_its_own_depth() -> None:
+    rng = np.random.default_rng(5)
+    drawn = Renderer(MIDDLE, NEAR)
+    n_pixels = 0
+    for _ in range(300):
+        ray = rng.uniform((-0.4, -0.3, 1.0), (0.4, 0.3, 1.0))
+        aside = rng.normal(size=3) * (0.05, 0.05, 0.0)
+        # the plane holds the eye, but for a hair: 1/z changes by metres from pixel to pixel
+        corners = np.array([ray, 2.0 * ray + aside, 1.5 * ray - aside]) + rng.normal(0.0, 1e-3, (3, 3))
+        drawn.render(EYE, as_open(corners, np.array([(0, 1, 2)])))
+        depth = drawn.depth_metres()[0]
+        n_pixels += np.count_nonzero(depth)
+        assert (depth[depth > 0] > corners[:, 2].min() - 1e-4).all()
+        assert (depth[depth > 0] < corners[:, 2].max() + 1e-4).all()
+    assert n_pixels > 150
+
+
 @pytest.mark.parametrize("size", [10.0, 1e3, 1e6])
 def test_a_triangle_larger_than_the_view_fills_it(size: float) -> None:
     corners = np.array([(-size, -size, 2.0), (size, -size, 2.0), (0.0, 2 * size, 2.0)])
