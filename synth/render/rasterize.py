@@ -57,6 +57,8 @@ class Renderer:
         self._body = np.zeros(n_pixels, np.int32)
         self._composite = np.zeros(n_pixels, np.int32)
         self._alone = np.zeros(n_pixels, np.int32)
+        self._whole = np.array([0, camera.width - 1, 0, camera.height - 1], np.int64)
+        self._drawn = self._empty_bounds()
         self._work = kernels.allocate_work(1, 1)
         self._metres = near * kernels.INVERSE_DEPTH_MAX
         q_least = math.ceil(self._metres * 1000.0 / (DEPTH_MAX_MM + 0.49))
@@ -80,13 +82,15 @@ class Renderer:
         """
         check_objects(objects)
         T_camera_world = np.asarray(T_camera_world, dtype=np.float64)
-        self._body.fill(0)
+        self._box(self._body, self._drawn)[...] = 0
+        self._box(self._composite, self._drawn)[...] = 0
+        self._drawn = self._whole  # should an error end this half-way, all is cleared next time
         body_bounds = self._empty_bounds()
         if body is not None:
             check_body(body)
             body_bounds = self._draw(self._body, body, body.face_label.astype(np.int32), T_camera_world)
-        np.copyto(self._composite, self._body)
-        bounds = body_bounds.copy()
+        self._box(self._composite, body_bounds)[...] = self._box(self._body, body_bounds)
+        bounds = body_bounds
         object_pixels = np.zeros(1 + max((item.instance for item in objects), default=0), np.int64)
         class_of_instance = np.zeros(MAX_INSTANCES + 1, np.uint8)
         for item in objects:
@@ -98,6 +102,7 @@ class Renderer:
             )
             class_of_instance[item.instance] = item.class_code
             bounds = _union(bounds, drawn)
+        self._drawn = bounds
         depth, part, occluder, instance = self._unpack(self._composite, bounds, class_of_instance)
         body_depth, body_part = self._unpack_body(body_bounds)
         return RenderedPair(depth, part, occluder, instance, body_depth, body_part, object_pixels)
@@ -118,6 +123,12 @@ class Renderer:
     @staticmethod
     def _empty_bounds() -> NDArray[np.int64]:
         return np.array([0, -1, 0, -1], np.int64)
+
+    def _box(self, buffer: NDArray[np.int32], bounds: NDArray[np.int64]) -> NDArray[np.int32]:
+        """View of the part of a buffer that bounds enclose."""
+        left, right, top, bottom = bounds.tolist()
+        image = buffer.reshape(self.camera.height, self.camera.width)
+        return image[top : max(bottom + 1, top), left : max(right + 1, left)]
 
     def _draw(
         self,

@@ -189,6 +189,16 @@ def test_the_order_of_faces_and_objects_changes_no_byte(seed: int) -> None:
     assert_pairs_equal(first, a.render(scene.T_camera_world, scene.body, scene.objects))
 
 
+def test_a_scene_that_was_refused_leaves_nothing_behind() -> None:
+    scene = random_scene(3)
+    broken = quad((-1, 1), (-1, 1), 2.0)
+    broken = LabelledMesh(broken.vertices * np.float32("inf"), broken.faces, broken.face_label, False)
+    drawn = Renderer(scene.camera, NEAR)
+    with pytest.raises(ValueError, match="not finite"):
+        drawn.render(scene.T_camera_world, scene.body, [*scene.objects, RenderObject(broken, 1, 255)])
+    assert_pairs_equal(drawn.render(scene.T_camera_world, None), Renderer(scene.camera).render(EYE, None))
+
+
 def test_equal_depths_go_to_objects_then_to_the_higher_number() -> None:
     mesh = quad((-0.2, 0.2), (-0.2, 0.2), 1.0, 30)
     pair = draw(MIDDLE, mesh, RenderObject(mesh, 2, 7), RenderObject(mesh, 3, 5))
