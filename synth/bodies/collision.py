@@ -63,10 +63,10 @@ _RULES: dict[str, dict[str, float]] = {
     | {"o_fingers": 0.012},
     "hand": _ALL_TRUNK
     | {"s_thigh": 0.015, "o_thigh": 0.015, "s_shank": 0.012, "o_shank": 0.012, "o_upper_arm": 0.02}
-    | {"o_forearm": 0.012, "o_hand": 0.012, "o_fingers": 0.012},
-    "thigh": {"o_thigh": 0.035},
-    "shank": {"o_thigh": 0.025, "o_shank": 0.02, "o_foot": 0.015},
-    "foot": {"o_thigh": 0.02, "o_shank": 0.015, "o_foot": 0.012},
+    | {"o_forearm": 0.02, "o_hand": 0.012, "o_fingers": 0.012},
+    "thigh": {"o_thigh": 0.05},
+    "shank": {"o_thigh": 0.035, "o_shank": 0.025, "o_foot": 0.015},
+    "foot": {"o_thigh": 0.03, "o_shank": 0.015, "o_foot": 0.012},
 }
 _LIMBS = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shank", "foot")}
 # Links whose skin the points of a segment are drawn from.

@@ -98,38 +98,34 @@ def reach_out(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
 
 
 def cross_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
-    """Forearms over each other before the chest, each hand on the other upper arm."""
+    """One forearm lies on the other before the chest; the hands are at the other elbows."""
     upper = lead_side(rng)
-    lower = OTHER[upper]
     girth = float(fit_of(draft.body).profiles.radius[SEGMENT_IDX["l_forearm"]].mean())
-    front, _ = draft.surface("thorax", "thorax_rotation", float(rng.uniform(0.05, 0.25)), 0.0)
-    front[0] = max(front[0], draft.surface("abdomen", "lumbar_rotation", 0.7, 0.0)[0][0])
-    wide = abs(float(draft.point(f"{upper}_shoulder_flexion")[1] - draft.T_world_root[1, 3]))
-    for side, layer in ((lower, 1.3), (upper, 3.4)):
-        wrist = np.array([front[0] + layer * girth, -SIGN[side] * 0.35 * wide, front[2] + 0.01])
+    level = 0.8 * draft.marks.upper_arm * float(rng.uniform(0.95, 1.1))
+    for side, layer in ((OTHER[upper], -1.5), (upper, 1.5)):
         shoulder = draft.point(f"{side}_shoulder_flexion")
-        ahead = 0.45 if side == upper else 0.25
-        elbow = shoulder + draft.marks.upper_arm * unit((ahead, SIGN[side] * 0.35, -0.85))
+        z = float(shoulder[2]) - level
+        x = _front_at(draft, z) + girth * (1.45 + 0.2 * layer)
+        wrist = np.array([x, -SIGN[side] * 0.2 * abs(shoulder[1] - draft.T_world_root[1, 3]), z + layer * girth])
+        curl_fingers(draft, side, rng, 10, 14)
+        elbow = shoulder + draft.marks.upper_arm * unit((0.42, SIGN[side] * 0.22, -0.9))
         elbow_start(
-            draft, side, shoulder_abduction=25, shoulder_rotation=60, elbow_flexion=105, forearm_pronation=40
+            draft, side, shoulder_flexion=25, shoulder_rotation=60, elbow_flexion=100, forearm_pronation=40
         )
-        across = (-0.1, -SIGN[side], 0.25)
-        place_hand(draft, side, wrist, (-1.0, 0.0, -0.2), across, np.zeros(3), elbow)
-        curl_fingers(draft, side, rng, 22, 28)
-    for side in (lower, upper):
-        if not _hold_other_arm(draft, side, float(rng.uniform(0.25, 0.5))):
+        palm = (-0.5, 0.0, -0.8 if side == upper else 0.6)
+        across = (-0.15, -SIGN[side], 0.03 * layer)
+        solution = place_hand(draft, side, wrist, palm, across, np.zeros(3), elbow, palm_weight=0.04)
+        if solution.point_error > 0.03:
             return False
     return True
 
 
-def _hold_other_arm(draft: Draft, side: str, height: float) -> bool:
-    """Lays a palm on the front of the other upper arm; the elbow stays where it is."""
-    other = OTHER[side]
-    target, normal = draft.surface(f"{other}_upper_arm", f"{other}_shoulder_rotation", height, -SIGN[other] * 25.0)
-    elbow = draft.point(f"{side}_elbow_flexion")
-    across = (-0.1, -SIGN[side], 0.35)
-    solution = place_hand(draft, side, target + 0.008 * normal, -normal, across, elbow=elbow, elbow_weight=0.2)
-    return solution.point_error < 0.04
+def _front_at(draft: Draft, z: float) -> float:
+    """World x of the trunk's front at a height [m]."""
+    rows = [("abdomen", "lumbar_rotation"), ("thorax", "thorax_rotation")]
+    points = [draft.surface(segment, link, h, 0.0)[0] for segment, link in rows for h in (0.0, 0.3, 0.6, 0.9)]
+    near = [point[0] for point in points if abs(point[2] - z) < 0.08]
+    return float(max(near)) if near else float(max(point[0] for point in points))
 
 
 def hands_to_hips(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:

@@ -81,6 +81,8 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     pelvis = -float(np.degrees(np.arcsin(draft.T_world_root[2, 0])))
     apart = float(rng.uniform(1, 16)) if family != "sitting_legs_crossed" else float(rng.uniform(0, 5))
     forward = float(rng.uniform(-0.18, 0.3)) if not family.startswith("ta") else float(rng.uniform(-0.2, 0.15))
+    if family == "sitting_legs_crossed":
+        forward = float(rng.uniform(-0.25, 0.1))
     if family == "sitting_slouching":
         forward = float(rng.uniform(0.15, 0.55))
     yaws = {side: SIGN[side] * float(rng.uniform(-2, 1.2 * apart + 4)) for side in "lr"}
@@ -142,7 +144,7 @@ def _radius(draft: Draft, segment: str, height: float) -> float:
 def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
     """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side."""
     uncrossed = draft.angles.copy()
-    for _ in range(6):
+    for _ in range(8):
         lead = "l" if rng.random() < 0.5 else "r"
         draft.angles = uncrossed.copy()
         cross = _cross_knees if rng.random() < 0.65 else _cross_ankle_on_knee
@@ -159,10 +161,12 @@ def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
     draft.set(f"{other}_", hip_abduction=min(draft.get(f"{other}_hip_abduction"), 2.0))
     carrying = draft.point(f"{other}_knee_flexion")
     lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
-    lift *= float(rng.uniform(0.9, 1.05))
-    knee = carrying + np.array([0.05, SIGN[other] * float(rng.uniform(0.0, 0.05)), lift])
+    lift *= float(rng.uniform(1.0, 1.2))
+    knee = carrying + np.array(
+        [float(rng.uniform(0.03, 0.08)), SIGN[other] * float(rng.uniform(-0.01, 0.05)), lift]
+    )
     T = draft.links()[LINK_IDX[f"{other}_knee_flexion"]]
-    shank = -T[:3, 2] + np.array([float(rng.uniform(0.25, 0.6)), SIGN[other] * float(rng.uniform(0.05, 0.3)), 0.0])
+    shank = -T[:3, 2] + np.array([float(rng.uniform(0.4, 0.9)), SIGN[other] * float(rng.uniform(0.05, 0.35)), 0.0])
     goals = [
         Goal("knee_flexion", (0, 0, 0), knee, 1.0),
         Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.15, is_point=False),
@@ -180,7 +184,7 @@ def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> N
     lift = (
         _radius(draft, f"{other}_thigh", 0.25)
         + _radius(draft, f"{lead}_shank", 0.15)
-        + float(rng.uniform(-0.005, 0.015))
+        + float(rng.uniform(0.0, 0.03))
     )
     below = -marks.thigh * float(rng.uniform(0.78, 0.88))
     target = T[:3, :3] @ np.array([lift, 0.0, below]) + T[:3, 3]
