@@ -118,11 +118,10 @@ def _in_processes(
             "a worker process died (killed, or out of memory); run the same command to go on"
         ) from None
     finally:
-        processes = list((executor._processes or {}).values())
-        executor.shutdown(wait=not running, cancel_futures=True)
-        for process in processes:
-            if process.is_alive() and running:
+        if running:
+            for process in list((executor._processes or {}).values()):
                 process.terminate()
+        executor.shutdown(wait=True, cancel_futures=True)
 
 
 @contextlib.contextmanager
