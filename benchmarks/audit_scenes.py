@@ -1,4 +1,4 @@
-"""Counts scenes in which skin and objects sink into each other, with Open3D's signed distances as the judge.
+"""Counts scenes in which skin and objects sink into each other, with libigl's signed distances as the judge.
 
 Both ways are measured: skin vertices against every closed object mesh's volume (its solids' sampled surface for
 open ones is left to the other way), and points on every object's surface against the closed skin. Prints the
@@ -10,11 +10,11 @@ deepest overlap's distribution and the share of scenes over 1 cm, over all scene
 import argparse
 from collections import defaultdict
 
+import igl
 import numpy as np
-import open3d as o3d
 
 from synth.bodies.skinning import posed_mesh
-from synth.geometry import LabelledMesh, transform_points
+from synth.geometry import LabelledMesh, surface_points
 from synth.occluders import registry
 from synth.scene import FrameSource, SceneConfig
 from synth.scene.replay import person_of
@@ -23,25 +23,10 @@ LIMIT = 0.01
 
 
 def signed_distance(mesh: LabelledMesh, points: np.ndarray) -> np.ndarray:
-    """Open3D's signed distance of points to a closed mesh, negative inside [m]."""
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
-    return scene.compute_signed_distance(points.astype(np.float32), nsamples=5).numpy()
-
-
-def surface_points(mesh: LabelledMesh, spacing: float = 0.02) -> np.ndarray:
-    """Vertices and even samples of every face of a mesh (about one a spacing squared)."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    n_steps = np.clip(np.ceil(np.sqrt(2.0 * area) / spacing), 1, 60).astype(int)
-    points = [mesh.vertices.astype(np.float64)]
-    for n in np.unique(n_steps):
-        faces = np.flatnonzero(n_steps == n)
-        for i in range(n):
-            for j in range(n - i):
-                u, v = (i + 1 / 3) / n, (j + 1 / 3) / n
-                points.append(a[faces] + u * (b - a)[faces] + v * (c - a)[faces])
-    return np.concatenate(points)
+    """Signed distance of points to a closed mesh by libigl, negative inside [m]."""
+    return igl.signed_distance(
+        points.astype(np.float64), mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
+    )[0]
 
 
 def main() -> None:
@@ -58,7 +43,7 @@ def main() -> None:
         overlap = 0.0
         for record in frame.info.objects:
             mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
-            overlap = max(overlap, -float(signed_distance(skin, surface_points(mesh)).min()))
+            overlap = max(overlap, -float(signed_distance(skin, surface_points(mesh, 0.01)).min()))
             if mesh.is_closed:
                 overlap = max(overlap, -float(signed_distance(mesh, skin.vertices).min()))
         deepest[frame.info.scene_family].append(overlap)

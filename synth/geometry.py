@@ -109,3 +109,25 @@ def look_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> NDArray[np.
     T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1) @ axis_angle((0.0, 0.0, 1.0), roll)
     T[:3, 3] = eye
     return T
+
+
+def surface_points(mesh: LabelledMesh, spacing: float) -> NDArray[np.float64]:
+    """Vertices and evenly spread points of every face of a mesh; no randomness.
+
+    Args:
+        mesh: The mesh.
+        spacing: Wanted distance between neighbours [m]; a face is cut into at most 64 strips.
+
+    Returns:
+        (n, 3) float64 [m].
+    """
+    corners = mesh.vertices[mesh.faces].astype(np.float64)
+    edges = corners - np.roll(corners, 1, axis=1)
+    n_strips = np.clip(np.ceil(np.linalg.norm(edges, axis=2).max(axis=1) / spacing), 1, 64).astype(np.int64)
+    points = [mesh.vertices.astype(np.float64)]
+    for n in np.unique(n_strips):
+        a, b, c = corners[n_strips == n].transpose(1, 0, 2)
+        i, j = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
+        u, v = ((i + 1.0 / 3.0) / n)[:, None, None], ((j + 1.0 / 3.0) / n)[:, None, None]
+        points.append((a + u * (b - a) + v * (c - a)).reshape(-1, 3))
+    return np.concatenate(points)

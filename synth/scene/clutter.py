@@ -20,6 +20,8 @@ CLUTTER_CLASSES: tuple[tuple[str, float], ...] = (
 """What stands in the way, and how often."""
 MAX_SIDEWAYS = 0.6
 """Bearing of the object seen from the person, off the camera's [rad]."""
+TRIES = 4
+"""Objects tried for one place in the way."""
 ON_TABLE_SHARE = 0.4
 """Share of the tables in the way that carry a laptop or a monitor."""
 
@@ -44,16 +46,22 @@ def add_clutter(draw: SceneDraw, scene: Scene, n_objects: int) -> Scene | None:
     azimuth = draw_azimuth(draw.config, draw.rng) if scene.azimuth is None else scene.azimuth
     scene = replace(scene, azimuth=azimuth)
     for _ in range(n_objects):
-        assembly = _draw_assembly(draw, draw_clutter_class(draw.rng))
-        pushed = push_in_the_way(draw, scene, assembly, azimuth)
+        tries = (_try_clutter(draw, scene, azimuth) for _ in range(TRIES))
+        pushed = next((assembly for assembly in tries if assembly is not None), None)
         if pushed is None:
             return None
         scene = scene.with_objects(*pushed)
     return scene
 
 
+def _try_clutter(draw: SceneDraw, scene: Scene, azimuth: float) -> Assembly | None:
+    return push_in_the_way(draw, scene, _draw_assembly(draw, draw_clutter_class(draw.rng)), azimuth)
+
+
 def push_in_the_way(draw: SceneDraw, scene: Scene, assembly: Assembly, azimuth: float) -> Assembly | None:
     """Pushes objects, turned at random, towards the person from about a bearing until the gap is as drawn.
+
+    They stop at the person, or before an object that is in their way.
 
     Args:
         draw: The attempt.
@@ -76,7 +84,8 @@ def push_in_the_way(draw: SceneDraw, scene: Scene, assembly: Assembly, azimuth: 
         )
         for k, item in enumerate(assembly)
     )
-    pushed = advance(moved, -ahead, scene.person.vertices, draw.gap())
+    obstacles = [scene.person.vertices, *(item.world_surface() for item in scene.objects)]
+    pushed = advance(moved, -ahead, np.concatenate(obstacles), draw.gap())
     if pushed is None or not all(is_free_of(item, scene.objects) for item in pushed):
         return None
     return pushed

@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from synth.bodies.poses import HandTarget, HandTargets, draw_arms
 from synth.geometry import inverse, rotation_about
-from synth.scene.draw import FOREARMS, THIGHS, UPPER_ARMS, Person, SceneDraw
+from synth.scene.draw import FOREARMS, THIGHS, TORSO, UPPER_ARMS, Person, SceneDraw
 from synth.scene.placement import PlacedObject, pose_on_floor
 
 LAP_PARTS = FOREARMS | THIGHS
 """Labels that touch a laptop on the lap."""
 LAP_TOUCH = 0.002
 """Gap at which a laptop counts as standing on the thighs [m]."""
+MAX_BEYOND_KNEES = 0.12
+"""A laptop on the lap sticks out at most this far over the knee joints [m]."""
 STROLLER_REACH = (0.55, 0.90)
 """Range of the horizontal way from the shoulders to a stroller's handle over the arm's length."""
 
@@ -38,24 +40,32 @@ def key_targets(laptop: PlacedObject, table: PlacedObject | None) -> HandTargets
 
 
 def lower_on_lap(draw: SceneDraw, person: Person) -> PlacedObject | None:
-    """Lowers a laptop on the thighs, tilted as they are."""
+    """Lowers a laptop on the thighs, tilted as they are, at the drawn gap before the belly."""
     laptop = draw.place("laptop", np.eye(4))
     base = laptop.occluder.anchor("base")
-    thighs = person.points_of(THIGHS)
-    knee_x = float(person.joints()[[11, 12], 0].min())
-    front = knee_x - float(draw.rng.uniform(0.02, 0.10))
-    x = front - 0.5 * base.size[0]
+    thighs, trunk = person.points_of(THIGHS), person.points_of(TORSO)
+    top = float(thighs[:, 2].max())
+    belly = trunk[(trunk[:, 2] > top - 0.1) & (trunk[:, 2] < top + 0.3), 0].max(initial=0.0)
+    x = float(belly) + draw.gap() + 0.5 * base.size[0]
+    if x + 0.5 * base.size[0] > person.joints()[[11, 12], 0].min() + MAX_BEYOND_KNEES:
+        return None
     tilt = _slope(thighs, x, base.size)
     T_world_base = pose_on_floor(x, float(draw.rng.normal(0.0, 0.015)), 0.0) @ rotation_about((0, 1, 0), -tilt)
-    T_world_base[2, 3] = float(thighs[:, 2].max()) + 0.3
-    lowered = replace(laptop, T_world_object=T_world_base @ inverse(base.T_object_anchor), contact_parts=LAP_PARTS)
-    for _ in range(40):
-        gap = lowered.gap(thighs)
+    T_world_base[2, 3] = top + 0.3
+    T_world_object = T_world_base @ inverse(base.T_object_anchor)
+    lowered = _lowered(replace(laptop, T_world_object=T_world_object, contact_parts=LAP_PARTS), thighs)
+    others = person.points_without(LAP_PARTS | UPPER_ARMS)
+    return lowered if lowered is not None and lowered.gap(others, 0.1) > 0.0 else None
+
+
+def _lowered(item: PlacedObject, points: NDArray[np.float64]) -> PlacedObject | None:
+    """An object let down on points until it touches one."""
+    for _ in range(60):
+        gap = item.gap(points)
         if gap <= LAP_TOUCH:
-            break
-        lowered = lowered.moved((0.0, 0.0, -max(gap - 0.5 * LAP_TOUCH, 0.0005)))
-    trunk = person.points_without(LAP_PARTS | UPPER_ARMS)
-    return lowered if -LAP_TOUCH < lowered.gap(thighs) <= LAP_TOUCH and lowered.gap(trunk, 0.1) > 0.0 else None
+            return item if gap > -LAP_TOUCH else None
+        item = item.moved((0.0, 0.0, 0.5 * LAP_TOUCH - gap))
+    return None
 
 
 def _slope(thighs: NDArray[np.float64], x: float, size: tuple[float, float]) -> float:

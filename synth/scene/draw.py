@@ -17,6 +17,8 @@ HANDS = frozenset(PART[f"{side}_{name}"] for side in "lr" for name in ("hand", "
 """Labels that touch a keyboard or a handle."""
 FOREARMS = HANDS | frozenset(PART[name] for name in ("lw_arm", "rw_arm", "l_elbow", "r_elbow"))
 """Labels that rest on a table."""
+TORSO = frozenset(PART[name] for name in ("lu_torso", "ru_torso", "lw_torso", "rw_torso"))
+"""Labels of the trunk."""
 UPPER_ARMS = frozenset(PART[name] for name in ("lu_arm", "ru_arm"))
 """Labels of the upper arms."""
 SEAT = frozenset(PART[name] for name in ("lw_torso", "rw_torso", "lu_torso", "ru_torso", "lu_leg", "ru_leg"))
@@ -107,7 +109,7 @@ class SceneDraw:
     ) -> PlacedObject:
         """Draws an object and puts it at a pose."""
         drawn = self.pools.draw_object(class_name, self.split, self.frame_idx, self.rng, kinds)
-        return PlacedObject(drawn.spec_id, drawn.spec, drawn.occluder, T_world_object)
+        return PlacedObject(drawn.spec_id, drawn.spec, drawn.occluder, T_world_object, drawn.surface)
 
     def gap(self) -> float:
         """Draws the distance between the surfaces of person and object [m]."""

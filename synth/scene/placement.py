@@ -24,6 +24,7 @@ class PlacedObject:
         spec: What it was made from, as plain JSON values.
         occluder: Mesh, solids and anchors in its own frame.
         T_world_object: (4, 4) float64.
+        surface: (n_points, 3) float64 points spread over its surface, its own frame [m].
         contact_parts: Body parts (labels) that may touch it; the others keep the clearance.
         stands_on: Index of the object it stands on in the scene, or -1 for the floor or the lap.
         is_seat: Whether the person sits on it.
@@ -33,6 +34,7 @@ class PlacedObject:
     spec: dict[str, object]
     occluder: Occluder
     T_world_object: NDArray[np.float64]
+    surface: NDArray[np.float64]
     contact_parts: frozenset[int] = frozenset()
     stands_on: int = -1
     is_seat: bool = False
@@ -51,11 +53,9 @@ class PlacedObject:
         """(n,) signed distance of each point to the object's solids, at most `reach` [m]."""
         return solid_distances(self.occluder.solids, self.T_world_object, points, reach)
 
-    def surface(self) -> NDArray[np.float64]:
-        """(n, 3) the mesh's vertices and face centres, world frame [m]: where it may touch another object."""
-        mesh = self.occluder.mesh
-        centres = mesh.vertices[mesh.faces].mean(axis=1)
-        return transform_points(self.T_world_object, np.concatenate([mesh.vertices, centres]))
+    def world_surface(self) -> NDArray[np.float64]:
+        """(n_points, 3) points spread over its surface, world frame [m]."""
+        return transform_points(self.T_world_object, self.surface)
 
 
 def pose_on_floor(x: float, y: float, yaw: float) -> NDArray[np.float64]:
@@ -113,18 +113,18 @@ def advance(
 
 
 def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> bool:
-    """Whether an object keeps a gap to all others [m]: each one's surface points against the other's solids."""
+    """Whether an object keeps a gap to all others [m]: each one's surface against the other's solids."""
     surface: NDArray[np.float64] | None = None
     for other in others:
         reach = _radius(placed) + _radius(other) + gap
         if np.linalg.norm(placed.T_world_object[:2, 3] - other.T_world_object[:2, 3]) > reach:
             continue
-        surface = placed.surface() if surface is None else surface
-        if other.gap(surface, gap) < gap or placed.gap(other.surface(), gap) < gap:
+        surface = placed.world_surface() if surface is None else surface
+        if other.gap(surface, gap + 0.01) < gap or placed.gap(other.world_surface(), gap + 0.01) < gap:
             return False
     return True
 
 
 def _radius(placed: PlacedObject) -> float:
     """Horizontal reach of an object from its origin [m]."""
-    return float(np.linalg.norm(placed.occluder.mesh.vertices[:, :2], axis=1).max())
+    return float(np.sqrt((placed.surface[:, :2] ** 2).sum(axis=1).max()))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from synth.bodies.body import Body
 from synth.bodies.shape import sample_body
 from synth.bodies.skin import make_body
+from synth.geometry import surface_points
 from synth.occluders import registry
 from synth.occluders.model import Occluder
 from synth.scene.config import DRAWS_PER_BLOCK, SPLITS, SceneConfig
@@ -22,6 +23,10 @@ Value = TypeVar("Value")
 _SUBJECT_STREAM, _OBJECT_STREAM = 1, 2
 _MAX_SUBJECTS, _MAX_OBJECTS = 24, 256
 """How many the caches keep; a pool has at most 64 subjects, and as many objects of a class."""
+
+
+SURFACE_SPACING = 0.05
+"""Distance between the points that stand for an object's surface [m]."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +47,19 @@ class Subject:
 
 @dataclass(frozen=True)
 class PooledObject:
-    """An object of the corpus: identifier, plain spec, and the thing itself."""
+    """An object of the corpus.
+
+    Attributes:
+        spec_id: "<class>/<kind>/<split>/<number>".
+        spec: Its fields as plain JSON values.
+        occluder: The thing itself.
+        surface: (n_points, 3) points spread over its surface, its own frame [m].
+    """
 
     spec_id: str
     spec: dict[str, object]
     occluder: Occluder
+    surface: NDArray[np.float64]
 
 
 class Pools:
@@ -96,7 +109,10 @@ class Pools:
         stream = [self._seed, _OBJECT_STREAM, SPLITS.index(split), number, OCCLUDER_CODE[class_name], kind_idx]
         spec = registry.sample(class_name, np.random.default_rng(stream), kind=kind)
         spec_id = f"{class_name}/{kind}/{split}/{number:05d}"
-        return PooledObject(spec_id, registry.to_plain(spec), registry.make(spec))
+        occluder = registry.make(spec)
+        return PooledObject(
+            spec_id, registry.to_plain(spec), occluder, surface_points(occluder.mesh, SURFACE_SPACING)
+        )
 
 
 def _per_block(frames_each: int) -> int:

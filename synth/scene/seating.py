@@ -1,5 +1,7 @@
 """Seats a person: draws a sitting pose for a seat's height and puts the seat under it."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,7 +55,7 @@ def _slide_under(
     to_front = surface.T_object_anchor[0, 3] + half_x - SEAT_MARGIN
     sideways = float(draw.rng.uniform(-half_y, half_y))
     start = pose_on_floor(contact[0] - to_front, contact[1] - surface.T_object_anchor[1, 3] + sideways, 0.0)
-    placed = PlacedObject(seat.spec_id, seat.spec, seat.occluder, start, SEAT, is_seat=True)
+    placed = replace(seat, T_world_object=start, contact_parts=SEAT, is_seat=True)
     above = person.vertices[:, 2] > surface.T_object_anchor[2, 3] + 0.08
     is_leg = np.isin(person.subject.vertex_part, list(LOWER_LEGS))
     obstacles = person.vertices[is_leg | (above & np.isin(person.subject.vertex_part, list(SEAT)))]

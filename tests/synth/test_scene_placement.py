@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from synth.geometry import translation
+from synth.geometry import surface_points, translation
 from synth.occluders import registry
 from synth.scene.placement import PlacedObject, advance, is_free_of, pose_on_floor
 
 
 def placed(class_name: str, T: np.ndarray, seed: int = 0) -> PlacedObject:
     spec = registry.sample(class_name, np.random.default_rng(seed))
-    return PlacedObject("x", registry.to_plain(spec), registry.make(spec), T)
+    occluder = registry.make(spec)
+    return PlacedObject("x", registry.to_plain(spec), occluder, T, surface_points(occluder.mesh, 0.05))
 
 
 @pytest.mark.parametrize("class_name", ["table", "stroller", "chair", "suitcase", "other"])
