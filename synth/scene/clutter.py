@@ -18,7 +18,7 @@ CLUTTER_CLASSES: tuple[tuple[str, float], ...] = (
     ("stroller", 0.12),
 )
 """What stands in the way, and how often."""
-MAX_SIDEWAYS = 0.6
+MAX_SIDEWAYS = 0.35
 """Bearing of the object seen from the person, off the camera's [rad]."""
 TRIES = 4
 """Objects tried for one place in the way."""

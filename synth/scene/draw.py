@@ -67,14 +67,15 @@ class Scene:
         family: The scene family drawn.
         person: The person.
         objects: The objects, in the order of their instance numbers.
-        is_behind_objects: Whether objects are meant to hide the person.
+        visible_share: Range of the person's visible share that makes the scene what it is called, within the
+            configured one where objects are meant to hide the person.
         azimuth: Bearing that the camera must have, because objects stand in its way; None if free [rad].
     """
 
     family: str
     person: Person
     objects: tuple[PlacedObject, ...] = ()
-    is_behind_objects: bool = True
+    visible_share: tuple[float, float] = (0.0, 1.0)
     azimuth: float | None = None
 
     def with_objects(self, *more: PlacedObject) -> "Scene":

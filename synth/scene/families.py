@@ -20,6 +20,10 @@ SEATED_ALONE_SHARE = 0.35
 """Share of the people without objects, or behind unrelated ones, who sit."""
 MONITOR_SHARE = 0.25
 """Share of the tables without a laptop that carry a monitor."""
+UNHIDDEN_SHARE = (0.85, 1.0)
+"""Visible share of a person whom nothing hides but, at most, a little of their own seat."""
+CLUTTERED_SHARE = (0.0, 0.97)
+"""Visible share of a person before whom unrelated objects stand: they hide something."""
 SEVERAL_CLUTTER = (0.7, 0.3)
 """How often one or two unrelated objects join a scene of several."""
 
@@ -43,7 +47,7 @@ def unhidden(draw: SceneDraw) -> Scene | None:
     arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, None)
     if arms is None:
         return None
-    return Scene("unhidden", Person.in_pose(subject, arms), seat, is_behind_objects=False)
+    return Scene("unhidden", Person.in_pose(subject, arms), seat, UNHIDDEN_SHARE)
 
 
 def table(draw: SceneDraw) -> Scene | None:
@@ -122,7 +126,7 @@ def clutter(draw: SceneDraw) -> Scene | None:
     scene = unhidden(draw)
     if scene is None:
         return None
-    return add_clutter(draw, replace(scene, family="clutter", is_behind_objects=True), 1)
+    return add_clutter(draw, replace(scene, family="clutter", visible_share=CLUTTERED_SHARE), 1)
 
 
 def several(draw: SceneDraw) -> Scene | None:
@@ -132,7 +136,7 @@ def several(draw: SceneDraw) -> Scene | None:
     if scene is None:
         return None
     n_objects = 1 + int(draw.rng.random() >= SEVERAL_CLUTTER[0])
-    return add_clutter(draw, replace(scene, family="several"), n_objects)
+    return add_clutter(draw, replace(scene, family="several", visible_share=CLUTTERED_SHARE), n_objects)
 
 
 SCENE_FAMILIES: dict[str, Callable[[SceneDraw], Scene | None]] = {
@@ -165,7 +169,7 @@ def without_context(draw: SceneDraw, pose_scene: Scene, object_scene: Scene) -> 
         object_scene: Where the objects come from.
     """
     seats = tuple(item for item in pose_scene.objects if item.is_seat)
-    scene = Scene(object_scene.family, pose_scene.person, seats, object_scene.is_behind_objects)
+    scene = Scene(object_scene.family, pose_scene.person, seats, object_scene.visible_share)
     for idx, item in enumerate(object_scene.objects):
         if item.stands_on >= 0 or item.is_seat:
             continue

@@ -119,7 +119,7 @@ class FrameSource:
             RenderObject(item.occluder.mesh, OCCLUDER_CODE[item.occluder.class_name], k + 1, item.T_world_object)
             for k, item in enumerate(scene.objects)
         ]
-        low, high = self.config.visible_share if scene.is_behind_objects else (0.0, 1.0)
+        low, high = self._visible_share(scene)
         for _ in range(MAX_VIEWS):
             azimuth = draw_azimuth(self.config, draw.rng) if scene.azimuth is None else scene.azimuth
             viewpoint = draw_viewpoint(self.config, self._camera, joints, azimuth, draw.rng)
@@ -133,6 +133,13 @@ class FrameSource:
             if low <= labels.visible_fraction <= high:
                 return viewpoint, pair, labels
         return None
+
+    def _visible_share(self, scene: Scene) -> tuple[float, float]:
+        """The scene's own range, within the configured one unless nothing is meant to hide the person."""
+        low, high = scene.visible_share
+        if scene.family == "unhidden":
+            return low, high
+        return max(low, self.config.visible_share[0]), min(high, self.config.visible_share[1])
 
     def _frame(
         self,
