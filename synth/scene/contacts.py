@@ -27,8 +27,8 @@ def table_targets(table: PlacedObject) -> HandTargets:
     half_x, half_y = 0.5 * top.size[0], 0.5 * top.size[1]
     if top.shape == "ellipse":
         half_x, half_y = 0.97 * half_x, 0.6 * half_y
-    rectangle = (centre[0] - half_x, centre[0] + half_x, centre[1] - half_y, centre[1] + half_y)
-    return HandTargets(surface_height=float(centre[2]), surface=tuple(map(float, rectangle)))
+    x, y, z = map(float, centre)
+    return HandTargets(surface_height=z, surface=(x - half_x, x + half_x, y - half_y, y + half_y))
 
 
 def key_targets(laptop: PlacedObject, table: PlacedObject | None) -> HandTargets:
