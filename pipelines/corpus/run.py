@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from pipelines.corpus.folder import Order, finished_shards, locked_folder, prepare_folder
@@ -98,7 +99,8 @@ def _in_processes(
 ) -> Iterator[ShardLine]:
     """Hands shards to processes, two a worker in flight; only this process writes the manifest."""
     context = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(workers, context, _start_worker, (root, header, order))
+    stop_seen, stop = context.Pipe(duplex=False)
+    executor = ProcessPoolExecutor(workers, context, _start_worker, (root, header, order, stop_seen))
     waiting = iter(missing)
     running: set[Future[ShardLine]] = set()
     try:
@@ -118,9 +120,7 @@ def _in_processes(
             "a worker process died (killed, or out of memory); run the same command to go on"
         ) from None
     finally:
-        if running:
-            for process in list((executor._processes or {}).values()):
-                process.terminate()
+        stop.send_bytes(b"stop")
         executor.shutdown(wait=True, cancel_futures=True)
 
 
@@ -137,13 +137,17 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
 
 
-_worker: tuple[Path, Header, FrameSource] | None = None
+class _StoppedError(Exception):
+    """The parent gave up; the shard at hand is not finished."""
 
 
-def _start_worker(root: Path, header: Header, order: Order) -> None:
+_worker: tuple[Path, Header, FrameSource, Connection] | None = None
+
+
+def _start_worker(root: Path, header: Header, order: Order, stop_seen: Connection) -> None:
     global _worker  # noqa: PLW0603 - what a worker process keeps between its shards
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _worker = (root, header, order.make_source())
+    _worker = (root, header, order.make_source(), stop_seen)
 
 
 def _end_with_parent() -> None:
@@ -155,5 +159,10 @@ def _end_with_parent() -> None:
 
 def _work(shard: int) -> ShardLine:
     assert _worker is not None
-    root, header, source = _worker
-    return write_shard(root, header, source, shard)
+    root, header, source, stop_seen = _worker
+
+    def end_if_stopped() -> None:
+        if stop_seen.poll():
+            raise _StoppedError
+
+    return write_shard(root, header, source, shard, on_frame=end_if_stopped)
