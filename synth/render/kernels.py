@@ -21,7 +21,7 @@ SUBPIXEL_BITS = 8
 """Vertices are snapped to 1/256 pixel (24.8 fixed point), so that the edge functions are exact integers."""
 GUARD_PIXELS = 1 << 19
 """Triangles are clipped this far from the principal point, so that edge functions fit in int64."""
-SMALL_WIDTH = 6
+SMALL_WIDTH = 8
 """Triangles up to this many pixels wide test each pixel; wider ones compute the span of each row."""
 CLIP_CORNERS = 9
 """A triangle cut by five planes has at most 8 corners; one more for safety."""
@@ -233,13 +233,15 @@ def fill_triangle(
             e0 = a0 * left + b0 * y + c0
             e1 = a1 * left + b1 * y + c1
             e2 = a2 * left + b2 * y + c2
-            q_row = q_start + q_v * y + 0.5
+            q_here = q_start + q_v * y + q_u * left + 0.5
+            base = y * width
             for x in range(left, right + 1):
                 # no branch on the edges: it would be mispredicted in every other pixel
-                q = min(max(np.int32(q_row + q_u * x), low), high)
+                q = min(max(np.int32(q_here), low), high)
                 value = np.int32(np.int32(q << CODE_BITS) | code) if (e0 | e1 | e2) >= 0 else np.int32(0)
-                index = np.uint64(y * width + x)
+                index = np.uint64(base + x)
                 buffer[index] = max(buffer[index], value)
+                q_here += q_u
                 e0 += a0
                 e1 += a1
                 e2 += a2
