@@ -120,14 +120,30 @@ def draw_base(
         if kind.posture == "sitting":
             sit(draft, rng, wild, kind.name, seat_height)
             relax_seated_arms(draft, rng, wild)
+            if kind.context == "none":
+                _keep_arms_off_a_taken_lap(draft, rng)
         else:
             _BASES.get(kind.name, stand_upright)(draft, rng, wild)
             for side in "lr":
                 hang_arm(draft, side, rng, wild)
         pose = draft.pose(kind.name)
-        if draft.excess() <= 0.0:
+        # Arms that a table or a keyboard will move anyway may touch the lap.
+        excess = draft.excess() if kind.context in ("none", "stroller") else _legs_excess(draft)
+        if excess <= 0.0:
             break
     return pose
+
+
+def _legs_excess(draft: Draft) -> float:
+    return max(draft.excess_of(side, "leg") for side in "lr")
+
+
+def _keep_arms_off_a_taken_lap(draft: Draft, rng: np.random.Generator) -> None:
+    """Crosses the arms of a seated person whose hands find no room on the lap."""
+    for _ in range(4):
+        if draft.excess() <= 0.0:
+            return
+        cross_arms(draft, rng, None)
 
 
 def draw_arms(

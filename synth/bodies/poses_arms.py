@@ -101,20 +101,23 @@ def cross_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | No
     """One forearm lies on the other before the chest; the hands are at the other elbows."""
     upper = lead_side(rng)
     girth = float(fit_of(draft.body).profiles.radius[SEGMENT_IDX["l_forearm"]].mean())
-    level = 0.8 * draft.marks.upper_arm * float(rng.uniform(0.95, 1.1))
-    for side, layer in ((OTHER[upper], -1.5), (upper, 1.5)):
+    level = draft.marks.upper_arm * float(rng.uniform(0.78, 0.98))
+    apart, out, ahead = rng.uniform((1.4, 1.6, 0.0), (2.1, 2.4, 0.5))
+    past, back = rng.uniform((0.05, -0.2), (0.45, 0.1))
+    elbow_ahead, elbow_aside = rng.uniform((0.3, 0.2), (0.6, 0.45))
+    for side, layer in ((OTHER[upper], -apart), (upper, apart)):
         shoulder = draft.point(f"{side}_shoulder_flexion")
         z = float(shoulder[2]) - level
-        x = _front_at(draft, z) + girth * (1.45 + 0.2 * layer)
-        wrist = np.array([x, -SIGN[side] * 0.2 * abs(shoulder[1] - draft.T_world_root[1, 3]), z + layer * girth])
+        x = _front_at(draft, z) + girth * (out + ahead * layer)
+        y = -SIGN[side] * past * abs(float(shoulder[1] - draft.T_world_root[1, 3]))
+        elbow = shoulder + draft.marks.upper_arm * unit((elbow_ahead, SIGN[side] * elbow_aside, -0.9))
         curl_fingers(draft, side, rng, 10, 14)
-        elbow = shoulder + draft.marks.upper_arm * unit((0.42, SIGN[side] * 0.22, -0.9))
         elbow_start(
             draft, side, shoulder_flexion=25, shoulder_rotation=60, elbow_flexion=100, forearm_pronation=40
         )
-        palm = (-0.5, 0.0, -0.8 if side == upper else 0.6)
-        across = (-0.15, -SIGN[side], 0.03 * layer)
-        solution = place_hand(draft, side, wrist, palm, across, np.zeros(3), elbow, palm_weight=0.04)
+        tilt = float(rng.uniform(-0.9, 0.1) if side == upper else rng.uniform(-0.1, 0.8))
+        wrist, across = np.array([x, y, z + layer * girth]), (back, -SIGN[side], 0.03 * layer)
+        solution = place_hand(draft, side, wrist, (-0.9, 0.0, tilt), across, np.zeros(3), elbow, palm_weight=0.04)
         if solution.point_error > 0.03:
             return False
     return True

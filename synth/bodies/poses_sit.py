@@ -144,7 +144,7 @@ def _radius(draft: Draft, segment: str, height: float) -> float:
 def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
     """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side."""
     uncrossed = draft.angles.copy()
-    for _ in range(8):
+    for _ in range(12):
         lead = "l" if rng.random() < 0.5 else "r"
         draft.angles = uncrossed.copy()
         cross = _cross_knees if rng.random() < 0.65 else _cross_ankle_on_knee
@@ -158,15 +158,16 @@ def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
 def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
     """Lays one thigh over the other knee; its shank hangs beside the other shank."""
     other = OTHER[lead]
-    draft.set(f"{other}_", hip_abduction=min(draft.get(f"{other}_hip_abduction"), 2.0))
+    draft.set(f"{other}_", hip_abduction=float(rng.uniform(-10, 3)))
     carrying = draft.point(f"{other}_knee_flexion")
     lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
-    lift *= float(rng.uniform(1.0, 1.2))
-    knee = carrying + np.array(
-        [float(rng.uniform(0.03, 0.08)), SIGN[other] * float(rng.uniform(-0.01, 0.05)), lift]
-    )
+    lift *= float(rng.uniform(1.05, 1.4))
+    ahead, inward = float(rng.uniform(0.0, 0.1)), float(rng.uniform(0.01, 0.05))
+    knee = carrying + np.array([ahead, SIGN[lead] * inward, lift])
     T = draft.links()[LINK_IDX[f"{other}_knee_flexion"]]
-    shank = -T[:3, 2] + np.array([float(rng.uniform(0.4, 0.9)), SIGN[other] * float(rng.uniform(0.05, 0.35)), 0.0])
+    shank = -T[:3, 2] + np.array(
+        [float(rng.uniform(0.4, 1.15)), SIGN[other] * float(rng.uniform(-0.15, 0.12)), 0.0]
+    )
     goals = [
         Goal("knee_flexion", (0, 0, 0), knee, 1.0),
         Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.15, is_point=False),
@@ -198,7 +199,9 @@ def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> N
     draft.set(f"{lead}_", ankle_flexion=float(rng.uniform(-10, 10)), ankle_inversion=float(rng.uniform(0, 15)))
 
 
-def rest_on_thigh(draft: Draft, side: str, rng: np.random.Generator, share: float) -> bool:
+def rest_on_thigh(
+    draft: Draft, side: str, rng: np.random.Generator, share: float, spread: tuple[float, float] = (0.1, 0.5)
+) -> bool:
     """Lays a palm on the own thigh.
 
     Args:
@@ -206,6 +209,7 @@ def rest_on_thigh(draft: Draft, side: str, rng: np.random.Generator, share: floa
         side: "l" or "r".
         rng: Random draws.
         share: Where on the thigh, 0 at the hip, 1 at the knee.
+        spread: Range of how far inward the fingers point, as a slope.
 
     Returns:
         Whether the arm reached.
@@ -213,7 +217,7 @@ def rest_on_thigh(draft: Draft, side: str, rng: np.random.Generator, share: floa
     turn = -SIGN[side] * float(rng.uniform(-15, 25))
     target, normal = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 1.0 - share, turn)
     marks = draft.marks.side[side]
-    inward = -SIGN[side] * float(rng.uniform(0.1, 0.5))
+    inward = -SIGN[side] * float(rng.uniform(*spread))
     fingers = np.array([1.0, inward, -0.15])
     goals = [
         Goal("wrist_deviation", marks.palm, target + 0.004 * normal, 1.0),
@@ -238,8 +242,10 @@ def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> No
     """Lays the hands on the thighs, in the lap or near the knees; nearer the knees where the lap is taken."""
     common = float(rng.uniform(0.3, 0.8))
     for side in "lr":
-        for share in (common + 0.05 * wild * float(rng.normal()), 0.5, 0.7, 0.3, 0.85):
-            if rest_on_thigh(draft, side, rng, share) and draft.excess_of(side, "arm") <= 0.0:
+        own = common + 0.05 * wild * float(rng.normal())
+        for share, inward in ((own, 0.5), (0.55, 0.0), (0.75, -0.2), (0.35, 0.0)):
+            reached = rest_on_thigh(draft, side, rng, share, (inward - 0.4, inward))
+            if reached and draft.excess_of(side, "arm") <= 0.0:
                 break
         else:
             _rest_on_belly(draft, side)
@@ -247,11 +253,11 @@ def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> No
 
 def _rest_on_belly(draft: Draft, side: str) -> None:
     """Lays a palm on the belly, for a lap that is taken."""
-    target, normal = draft.surface("abdomen", "lumbar_rotation", 0.5, SIGN[side] * 25)
+    target, normal = draft.surface("abdomen", "lumbar_rotation", 0.7, SIGN[side] * 25)
     marks = draft.marks.side[side]
     draft.set(f"{side}_", shoulder_flexion=5, shoulder_abduction=22, shoulder_rotation=45, elbow_flexion=80)
     goals = [
-        Goal("wrist_deviation", marks.palm, target + 0.01 * normal, 1.0),
+        Goal("wrist_deviation", marks.palm, target + 0.02 * normal, 1.0),
         Goal("wrist_deviation", marks.palm_normal, -normal, 0.1, is_point=False),
         Goal("wrist_deviation", (0, 0, -1), (0.1, -SIGN[side], -0.1), 0.05, is_point=False),
     ]
