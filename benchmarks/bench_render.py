@@ -4,6 +4,7 @@ Run: python benchmarks/bench_render.py [--repeats 30]
 """
 
 import argparse
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -100,6 +101,14 @@ def peer(camera: Camera) -> GLRenderer | None:
         return None
 
 
+def keep_to_one_core() -> None:
+    """Binds the process to one core where the system can: OpenGL in software takes all it finds."""
+    if hasattr(os, "sched_setaffinity"):
+        core = max(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {core})
+        print(f"all on core {core}")
+
+
 def compare(
     fast: Renderer,
     slow: GLRenderer | None,
@@ -130,6 +139,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=30)
     repeats = parser.parse_args().repeats
+    keep_to_one_core()
     body, objects = make_person(), make_objects()
     n_object_faces = sum(len(item.mesh.faces) for item in objects)
     print(f"body {len(body.faces)} triangles, objects {n_object_faces}, {CAMERA.width}x{CAMERA.height}")
