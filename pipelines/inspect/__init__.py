@@ -31,6 +31,7 @@ class InspectSettings:
         frames: How many frames are drawn, evenly spread.
         out: Folder of the pictures; by default the corpus' name with "-inspect", beside it.
         sensor: Draw the depth as this sensor would see it.
+        zoom: Cut every picture to the person's box times this; 0 shows whole images.
         allow_incomplete: Take the finished frames of an unfinished corpus.
     """
 
@@ -38,6 +39,7 @@ class InspectSettings:
     frames: int = 24
     out: Path | None = None
     sensor: str | None = None
+    zoom: float = 1.7
     allow_incomplete: bool = False
 
     def run(self) -> int:
@@ -45,12 +47,14 @@ class InspectSettings:
         corpus = Corpus.open(self.corpus, self.allow_incomplete)
         resolved = self.corpus.resolve()
         out = self.out or resolved.with_name(resolved.name + "-inspect")
-        for path in inspect(corpus, out, self.frames, self.sensor):
+        for path in inspect(corpus, out, self.frames, self.sensor, self.zoom):
             log.info("%s", path)
         return 0
 
 
-def inspect(corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = None) -> list[Path]:
+def inspect(
+    corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = None, zoom: float = 1.7
+) -> list[Path]:
     """Writes contact sheets, index.html and statistics.json.
 
     Args:
@@ -58,6 +62,7 @@ def inspect(corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = 
         out: Folder; made if it is not there.
         n_frames: Frames to draw, at most those there are.
         sensor: Sensor model for the depth, or None for clean depth.
+        zoom: Size of the pictures over the person's box; 0 for whole images.
 
     Returns:
         What was written, the first contact sheet first.
@@ -74,7 +79,7 @@ def inspect(corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = 
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
             path = out / f"sheet_{k:02d}.png"
-            cv2.imwrite(str(path), contact_sheet([corpus.frame(int(i), sensor) for i in shown]))
+            cv2.imwrite(str(path), contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom))
             bar.update(len(shown))
             written.append(path)
     statistics = statistics_of(corpus)
