@@ -103,7 +103,7 @@ def look_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> NDArray[np.
     x = np.cross(z, (0.0, 0.0, 1.0))
     norm = np.linalg.norm(x)
     if norm < 1e-9:
-        raise ValueError(f"target {target} lies straight above or below the camera at {eye}")
+        raise ValueError(f"target {np.asarray(target)} lies straight above or below the camera at {eye}")
     x /= norm
     T = np.eye(4)
     T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1) @ axis_angle((0.0, 0.0, 1.0), roll)
