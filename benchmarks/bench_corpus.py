@@ -1,6 +1,6 @@
 """Corpus on disk: bytes a frame, write and read milliseconds a frame, against zarr's own pipeline in the same run.
 
-python benchmarks/bench_corpus.py [--frames 192] [--toy]
+python benchmarks/bench_corpus.py [--frames 192] [--toy] [--corpus DIR]
 """
 
 import argparse
@@ -33,7 +33,9 @@ class Replay:
         return self.frames[index]
 
 
-def make_frames(n_frames, is_toy):
+def make_frames(n_frames, is_toy, corpus):
+    if corpus:
+        return [Corpus.open(corpus)[i] for i in range(n_frames)]
     if is_toy:
         from toy_source import ToySource
 
@@ -86,9 +88,10 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--frames", type=int, default=192)
     parser.add_argument("--toy", action="store_true", help="toy frames, for a machine without the body data")
+    parser.add_argument("--corpus", help="take the first frames of this corpus instead of making them")
     options = parser.parse_args()
     n = options.frames
-    frames = make_frames(n, options.toy)
+    frames = make_frames(n, options.toy, options.corpus)
     root = Path(tempfile.mkdtemp(prefix="bench_corpus_"))
     try:
         seed = frames[0].info.seed

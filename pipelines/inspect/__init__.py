@@ -39,7 +39,7 @@ class InspectSettings:
     frames: int = 24
     out: Path | None = None
     sensor: str | None = None
-    zoom: float = 1.7
+    zoom: float = 1.45
     allow_incomplete: bool = False
 
     def run(self) -> int:
@@ -53,7 +53,7 @@ class InspectSettings:
 
 
 def inspect(
-    corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = None, zoom: float = 1.7
+    corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = None, zoom: float = 1.45
 ) -> list[Path]:
     """Writes contact sheets, index.html and statistics.json.
 

@@ -18,7 +18,7 @@ Picture = NDArray[np.uint8]
 """(height, width, 3) BGR."""
 
 
-def contact_sheet(frames: list[Frame], n_across: int = 2, zoom: float = 1.7) -> Picture:
+def contact_sheet(frames: list[Frame], n_across: int = 2, zoom: float = 1.45) -> Picture:
     """Strips of frames, side by side and below each other, under a legend.
 
     Args:
