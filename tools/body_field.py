@@ -33,8 +33,8 @@ def segment_distances(
             # Where a segment ends inside another it gives way, so that no edge shows.
             last = layout.n_stations[seg] - 1.0
             from_end = min(station, last - station) if has_seams[seg] else last
-            give = max(1.0 - from_end / 4.0, 0.0)
-            limit -= 0.005 * give * give
+            give = max(1.0 - from_end / 5.0, 0.0)
+            limit -= 0.010 * give * give
             out[v, seg] = max(r - limit, beyond) if beyond > 0.0 else r - limit
 
 

@@ -1,4 +1,4 @@
-"""Polygonises the mean body once and writes synth/bodies/data/template.npz and template_skirt.npz.
+"""Polygonises the mean body once and writes synth/bodies/data/template*.npz.
 
     python tools/make_template.py
 
@@ -35,6 +35,7 @@ from synth.bodies.segments import (
     radius_at,
 )
 from synth.bodies.skeleton import LINK_IDX, N_LINKS
+from synth.bodies.template import SKIRT_EASE, SKIRT_FLARE
 
 OUT = Path(__file__).resolve().parents[1] / "synth" / "bodies" / "data"
 STATURE = 1.68
@@ -50,19 +51,20 @@ class MeanBody:
     """The body halfway between the average woman and man of 25 years.
 
     Args:
-        has_skirt: Whether the skirt's segment takes part.
+        hem: Where the skirt ends (0 hip, 1 knee, 2 ankle); None for no skirt.
     """
 
-    def __init__(self, has_skirt: bool) -> None:
+    def __init__(self, hem: float | None) -> None:
+        has_skirt = hem is not None
         mix = mix_of(0.5, 25.0, 0.0, 0.0).base
         self.measures = mix @ profiles().lengths * STATURE
         self.skeleton = skeleton_of(self.measures)
-        self.points = bind_points(self.skeleton, self.measures, STATURE)
+        self.points = bind_points(self.skeleton, self.measures, STATURE, hem or 1.0)
         self.axes: Axes = axes_through(self.points)
         self.table = (mix @ profiles().radii * STATURE).astype(np.float32)
         self.has_skirt = has_skirt
         if has_skirt:
-            skirt_table(self.table, self.axes, ease=0.02, flare=0.06)
+            skirt_table(self.table, self.axes, SKIRT_EASE, SKIRT_FLARE)
         self.mark = Landmarks(link_transforms(self.skeleton, BIND_ANGLES, np.eye(4)), STATURE)
 
     def point(self, name: str) -> NDArray[np.float64]:
@@ -87,10 +89,13 @@ def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.flo
     y, z = low[1] + step * np.arange(shape[1]), low[2] + step * np.arange(shape[2])
     for i in range(shape[0]):
         grid = np.stack(np.meshgrid([low[0] + step * i], y, z, indexing="ij"), axis=-1).reshape(-1, 3)
-        field[i] = union(body.distances(grid), 0.006).reshape(shape[1:])
+        field[i] = union(body.distances(grid), 0.010).reshape(shape[1:])
     vertices, faces = surface_nets(field, low, step)
     vertices, faces = largest_piece(vertices, faces)
     vertices = taubin(vertices, faces, 12)
+    d = body.distances(vertices)
+    seam = np.maximum(d[:, SEGMENT_IDX["trunk"]], d[:, SEGMENT_IDX["thigh"]])
+    vertices = softened(vertices, faces, smoothstep(-seam, -0.022, -0.010), 40)
     vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)
     return thinned(vertices, faces, n_faces)
 
@@ -126,13 +131,25 @@ def taubin(vertices: NDArray[np.float64], faces: NDArray[np.int64], n_rounds: in
     return vertices
 
 
+def softened(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], share: NDArray[np.float64], n_rounds: int
+) -> NDArray[np.float64]:
+    """Levels the seams out where share is 1; the border stays in its plane."""
+    mean = neighbours(len(vertices), faces)
+    in_plane = np.abs(vertices[:, 1]) < 1e-6
+    for _ in range(n_rounds):
+        vertices = vertices + 0.5 * share[:, None] * (mean @ vertices - vertices)
+        vertices[in_plane, 1] = 0.0
+    return vertices
+
+
 def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
     """Which segments hold each vertex of the half, how much, and its coordinates in them."""
     d = body.distances(vertices).astype(np.float64)
     share = np.exp(-np.clip((d - d.min(axis=1, keepdims=True)) / 0.004, 0.0, 40.0))
     share /= share.sum(axis=1, keepdims=True)
     mean = neighbours(len(vertices), faces)
-    for _ in range(6):
+    for _ in range(14):
         share = 0.4 * share + 0.6 * (mean @ share)
     held = np.argsort(-share, axis=1)[:, :N_HELD]
     kept = np.take_along_axis(share, held, axis=1)
@@ -147,6 +164,27 @@ def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np
         "segment": held.astype(np.int8),
         "share": kept.astype(np.float32),
         "coords": coords.astype(np.float32),
+    }
+
+
+def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
+    """Neighbours of each vertex with mean value weights (Floater 2003), which keep linear fields as they are."""
+    n = len(vertices)
+    total = sparse.csr_matrix((n, n))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        v, j, k = faces[:, a], faces[:, b], faces[:, c]
+        u, w = vertices[j] - vertices[v], vertices[k] - vertices[v]
+        ru, rw = np.linalg.norm(u, axis=1), np.linalg.norm(w, axis=1)
+        cosine = np.clip((u * w).sum(axis=1) / np.maximum(ru * rw, 1e-12), -0.98, 1.0)
+        half_tan = np.tan(0.5 * np.arccos(cosine))
+        for to, r in ((j, ru), (k, rw)):
+            total = total + sparse.coo_matrix((half_tan / np.maximum(r, 1e-4), (v, to)), shape=(n, n)).tocsr()
+    total = sparse.diags(1.0 / np.asarray(total.sum(axis=1)).ravel()) @ total
+    total = total.tocsr()
+    return {
+        "ring_start": total.indptr.astype(np.int32),
+        "ring": total.indices.astype(np.int32),
+        "ring_weight": total.data.astype(np.float32),
     }
 
 
@@ -196,9 +234,9 @@ def dense_weights(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[
     return dense
 
 
-def make(has_skirt: bool, step: float, n_faces: int) -> dict[str, NDArray]:
+def make(hem: float | None, step: float, n_faces: int) -> dict[str, NDArray]:
     """All arrays of one template."""
-    body = MeanBody(has_skirt)
+    body = MeanBody(hem)
     vertices, faces = fine_half(body, step, n_faces // 2)
     vertices, faces, mirror = mirrored(vertices, faces)
     n_half = int((mirror >= np.arange(len(mirror))).sum())
@@ -216,24 +254,28 @@ def make(has_skirt: bool, step: float, n_faces: int) -> dict[str, NDArray]:
     member = membership(body, centre)
     label = labels_of(centre, body.mark, member, weights_of(centre, body.mark, member))
     filled = dense > 0
-    return out | {
-        "faces": half_faces.astype(np.int32),
-        "face_label": label,
-        "on_plane": vertices[:n_half, 1] == 0.0,
-        "indptr": np.concatenate([[0], np.cumsum(filled.sum(axis=1))]).astype(np.int32),
-        "link": np.nonzero(filled)[1].astype(np.int8),
-        "weight": dense[filled].astype(np.float32),
-    }
+    return (
+        out
+        | ring_weights(vertices[:n_half], half_faces)
+        | {
+            "faces": half_faces.astype(np.int32),
+            "face_label": label,
+            "on_plane": vertices[:n_half, 1] == 0.0,
+            "indptr": np.concatenate([[0], np.cumsum(filled.sum(axis=1))]).astype(np.int32),
+            "link": np.nonzero(filled)[1].astype(np.int8),
+            "weight": dense[filled].astype(np.float32),
+        }
+    )
 
 
 def main() -> None:
-    """Writes both templates."""
+    """Writes the templates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--step", type=float, default=0.003, help="grid spacing [m]")
-    parser.add_argument("--faces", type=int, default=17000, help="triangles of the whole body")
+    parser.add_argument("--faces", type=int, default=20000, help="triangles of the whole body")
     args = parser.parse_args()
-    for name, has_skirt in (("template", False), ("template_skirt", True)):
-        arrays = make(has_skirt, args.step, args.faces)
+    for name, hem in (("template", None), ("template_skirt", 0.45), ("template_long_skirt", 1.45)):
+        arrays = make(hem, args.step, args.faces)
         path = OUT / f"{name}.npz"
         np.savez_compressed(path, **arrays)
         n_vertices, n_faces = len(arrays["indptr"]) - 1, 2 * len(arrays["faces"])

@@ -143,6 +143,17 @@ def cut_planes(name: str, p: dict[str, NDArray[np.float64]], s: float) -> list[t
     return []
 
 
+def inward_hits(
+    scene: o3d.t.geometry.RaycastingScene, o: NDArray, d: NDArray, far: NDArray
+) -> NDArray[np.float64]:
+    """Radius at which rays from `far` toward the axis meet the skin; far itself if they start inside, 0 if never."""
+    rays = np.concatenate([o + far[..., None] * d, -d], axis=-1)
+    answer = scene.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))
+    t = answer["t_hit"].numpy()
+    enters = (answer["primitive_normals"].numpy() * d).sum(axis=-1) > 0
+    return np.where(np.isfinite(t), np.where(enters, np.maximum(far - t, 0.0), far), 0.0)
+
+
 def table_of(body: ReferenceBody, points: NDArray[np.float64]) -> NDArray[np.float32]:
     """(table_size,) radii [m]."""
     scene = scene_of(body)
@@ -161,15 +172,15 @@ def table_of(body: ReferenceBody, points: NDArray[np.float64]) -> NDArray[np.flo
                 [np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar) + 0 * angle], axis=-1
             )
             o = np.broadcast_to(axes.origin[i, 0], d.shape)
-            far = 2.3 * skull
-            rays = np.concatenate([o + far * d, -d], axis=-1)
-            answer = scene.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))
-            enters = (answer["primitive_normals"].numpy() * d).sum(axis=-1) > 0
-            hit = np.where(enters, far - answer["t_hit"].numpy(), far)
-            # Below the skull's back rays from outside would meet the shoulders first.
-            outward = scene.cast_rays(o3d.core.Tensor(np.concatenate([o, d], axis=-1).astype(np.float32)))
-            nape = (polar > np.radians(100.0)) & (angle > np.radians(45.0))
-            hit = np.where(nape, np.minimum(outward["t_hit"].numpy(), 1.13 * skull), hit)
+            # Rays come in from outside, so that mouth and throat do not count; below the jaw from close by,
+            # so that they do not meet the shoulders first.
+            near = np.interp(np.degrees(angle), (20.0, 50.0), (1.60, 1.12)) * skull
+            far = np.where(polar > np.radians(105.0), near, 2.3 * skull)
+            hit = inward_hits(scene, o, d, far)
+            soft = ndimage.gaussian_filter(hit, (1.5, 2.0), mode=("nearest", "mirror"))
+            low = np.clip((polar - np.radians(100.0)) / 0.3, 0.0, 1.0)
+            low = low * np.clip((angle - np.radians(25.0)) / 0.3, 0.0, 1.0)
+            hit = low * soft + (1.0 - low) * hit
             # The sockets hold no eyes: they are closed to the depth of the lids.
             hit = np.where(polar < np.radians(125.0), ndimage.grey_closing(hit, size=(5, 5)), hit)
         else:
@@ -177,12 +188,14 @@ def table_of(body: ReferenceBody, points: NDArray[np.float64]) -> NDArray[np.flo
             o = axes.origin[i, b] + (station - b)[:, None] * axes.bone[i, b]
             d = np.cos(angle)[:, None] * axes.e1[i, b][:, None] + np.sin(angle)[:, None] * axes.e2[i, b][:, None]
             o = np.broadcast_to(o[:, None], d.shape)
-            far = REACH.get(segment.name, 0.0) * s if segment.name == "foot" else 0.0  # across the gaps of toes
-            rays = np.concatenate([o + far * d, -d if far else d], axis=-1).astype(np.float32)
-            answer = scene.cast_rays(o3d.core.Tensor(rays))
-            hit = np.abs(far - answer["t_hit"].numpy())
-            leaves = (answer["primitive_normals"].numpy() * d).sum(axis=-1) > 0
-            hit = np.where(leaves & np.isfinite(hit), hit, np.where(np.isfinite(hit), far, 0.0))
+            if segment.name in ("foot", "neck"):  # across the gaps of toes, past the throat
+                hit = inward_hits(scene, o, d, np.full(d.shape[:2], REACH[segment.name] * s))
+            else:
+                rays = np.concatenate([o, d], axis=-1).astype(np.float32)
+                answer = scene.cast_rays(o3d.core.Tensor(rays))
+                leaves = (answer["primitive_normals"].numpy() * d).sum(axis=-1) > 0
+                hit = answer["t_hit"].numpy()
+                hit = np.where(leaves & np.isfinite(hit), hit, 0.0)
             if segment.name == "foot":  # the toes as one
                 hit = ndimage.gaussian_filter(hit, (0.7, 1.0), mode=("nearest", "wrap"))
         hit = np.minimum(hit, REACH.get(segment.name, 0.2) * s)
@@ -217,7 +230,7 @@ def evened(radii: NDArray[np.float32]) -> NDArray[np.float32]:
     for segment in SEGMENTS:
         around = "mirror" if segment.is_half else "wrap"
         for c, corner in enumerate(CORNERS):
-            width = 0.7 if c in plain else (2.0 if corner.weight != "averageweight" else 1.2)
+            width = 0.7 if c in plain else (3.0 if corner.weight != "averageweight" else 1.4)
             if segment.name in ("head", "foot"):
                 width *= 0.8
             view = table_view(ratio[c], segment.name)

@@ -41,13 +41,16 @@ def skeleton_of(measures: NDArray[np.float64]) -> Skeleton:
     return make_skeleton(Lengths(**values, thumb=(x, y, z)))  # type: ignore[arg-type]
 
 
-def bind_points(skeleton: Skeleton, measures: NDArray[np.float64], stature: float) -> NDArray[np.float64]:
+def bind_points(
+    skeleton: Skeleton, measures: NDArray[np.float64], stature: float, hem: float = 1.0
+) -> NDArray[np.float64]:
     """Axis points in the bind pose.
 
     Args:
         skeleton: From `skeleton_of`.
         measures: (n_measures,) [m].
         stature: [m].
+        hem: Where a skirt ends: 0 at the hip, 1 at the knee, 2 at the ankle.
 
     Returns:
         (n_points, 3) in the order of `POINT_NAMES`, root frame [m].
@@ -75,6 +78,7 @@ def bind_points(skeleton: Skeleton, measures: NDArray[np.float64], stature: floa
     for name in ("heel", "ball", "toe"):
         at[name] = at["ankle"] + measures[[MEASURE_IDX[f"{name}_{c}"] for c in "xyz"]]
     at |= overlap_points(at, stature)
+    at["hem"] = np.array([0.0, 0.0, np.interp(hem, (0, 1, 2), [at[n][2] for n in ("hip", "knee", "ankle")])])
     return np.stack([at[name] for name in POINT_NAMES])
 
 

@@ -1,85 +1,93 @@
 """make_body: the closed, labelled, weighted skin of a BodySpec in the bind pose."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body
-from synth.bodies.frame_points import BIND_ANGLES, bind_points, skeleton_of
-from synth.bodies.measures import MEASURE_IDX, mix_of, profiles
-from synth.bodies.segments import LAYOUT, POINT_IDX, Axes, axes_through, lay_skin, table_view
+from synth.bodies.clothes import dressed_table, skirt_table
+from synth.bodies.figure import Figure, laid_half, mean_table, solved_figure
+from synth.bodies.frame_points import BIND_ANGLES
 from synth.bodies.shape import BodySpec
-from synth.bodies.skeleton import Skeleton
-from synth.bodies.template import Template, mirrored_vertices, template
+from synth.bodies.skeleton import DOF_IDX, Skeleton
+from synth.bodies.template import SKIRT_EASE, SKIRT_FLARE, Template, mirrored_vertices, template
 from synth.geometry import LabelledMesh
 
-DENSITY = 1010.0
-"""Mean density of a body with air in its lungs [kg/m^3] (Durnin & Womersley 1974 give 1000-1075 without)."""
-UPRIGHT = ("ankle_height", "shank", "thigh", "pelvis_to_lumbar", "lumbar_to_thorax", "thorax_to_neck",
-           "neck_to_head", "head_up")  # fmt: skip
-"""Measures that add up to the height of the head's centre."""
-
-
-class Figure(NamedTuple):
-    """A body between its measures and its skin.
-
-    Attributes:
-        measures: (n_measures,) [m].
-        skeleton: Its hinges.
-        points: (n_points, 3) its axis points in the bind pose.
-        axes: Its axes through them.
-        table: (table_size,) float32 radii [m].
-    """
-
-    measures: NDArray[np.float64]
-    skeleton: Skeleton
-    points: NDArray[np.float64]
-    axes: Axes
-    table: NDArray[np.float32]
+N_BODY_ROUNDS = 12
+"""How often the body's difference from the mean body is averaged over the skin."""
+N_CLOTH_ROUNDS = 2
+"""The same for the clothes' thickness, whose hems stay steps."""
+_TEMPLATES = {"skirt": "template_skirt", "long_skirt": "template_long_skirt"}
 
 
 @njit(cache=True, nogil=True)
-def enclosed_volume(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> float:
-    """Volume inside a closed surface, by the divergence theorem [m^3]."""
-    total = 0.0
-    for f in range(faces.shape[0]):
-        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-        total += (
-            a[0] * (b[1] * c[2] - b[2] * c[1])
-            + a[1] * (b[2] * c[0] - b[0] * c[2])
-            + a[2] * (b[0] * c[1] - b[1] * c[0])
-        )
-    return total / 6.0
-
-
-def figure_of(spec: BodySpec, heaviness: float) -> Figure:
-    """Lengths and naked radii at a heaviness.
+def evened(
+    moved: NDArray[np.float64],
+    ring_start: NDArray[np.int32],
+    ring: NDArray[np.int32],
+    ring_weight: NDArray[np.float64],
+    n_rounds: int,
+) -> NDArray[np.float64]:
+    """Averages displacements with their neighbours', half and half.
 
     Args:
-        spec: The person.
-        heaviness: 0 is the reference's average, 1 its heaviest, -1 its lightest; beyond is extrapolated.
+        moved: (n, 3) displacement of each vertex [m].
+        ring_start: (n + 1,) CSR starts.
+        ring: Neighbours.
+        ring_weight: Their weights.
+        n_rounds: How often.
+
+    Returns:
+        (n, 3) the smooth field.
     """
-    mix = mix_of(spec.sex, spec.age, 0.0, 0.0)
-    weights = mix.base + (mix.heavy * heaviness if heaviness > 0 else mix.light * heaviness)
-    measures = weights @ profiles().lengths
-    table = weights @ profiles().radii
-    top = measures[[MEASURE_IDX[name] for name in UPRIGHT]].sum() + table_view(table, "head")[0].mean()
-    scale = spec.stature / top
-    measures, table = measures * scale, (table * scale).astype(np.float32)
-    skeleton = skeleton_of(measures)
-    points = bind_points(skeleton, measures, spec.stature)
-    return Figure(measures, skeleton, points, axes_through(points), table)
+    old = moved.copy()
+    new = moved.copy()
+    for _ in range(n_rounds):
+        for v in range(old.shape[0]):
+            for c in range(3):
+                total = 0.0
+                for e in range(ring_start[v], ring_start[v + 1]):
+                    total += ring_weight[e] * old[ring[e], c]
+                new[v, c] = 0.5 * old[v, c] + 0.5 * total
+        old, new = new, old
+    return old
 
 
-def laid(figure: Figure, skin: Template) -> NDArray[np.float64]:
-    """(n_vertices, 3) float64 the skin of a figure, root frame [m]."""
-    half = np.empty((len(skin.segment), 3))
-    lay_skin(figure.axes, LAYOUT, figure.table, skin.segment, skin.share, skin.coords, half)
-    sole = figure.points[POINT_IDX["ankle"], 2] - figure.measures[MEASURE_IDX["ankle_height"]]
-    half[:, 2] = np.maximum(half[:, 2], sole)
+def skin_of(figure: Figure, spec: BodySpec, skin: Template) -> NDArray[np.float64]:
+    """The dressed skin.
+
+    The template is smooth over the mean body's radii; what the person's own radii and the clothes add to it is
+    averaged over neighbours before it is added.
+
+    Args:
+        figure: The body.
+        spec: The person.
+        skin: The template.
+
+    Returns:
+        (n_vertices, 3) float64, bind pose, root frame [m].
+    """
+    tables = [mean_table() * np.float32(spec.stature), figure.table.copy()]
+    for table in tables:
+        skirt_table(table, figure.axes, SKIRT_EASE, SKIRT_FLARE)
+    tables.append(dressed_table(figure, spec))
+    mean, own, dressed = (laid_half(figure.axes, table, skin) for table in tables)
+    rings = (skin.ring_start, skin.ring, skin.ring_weight)
+    half = mean + evened(own - mean, *rings, N_BODY_ROUNDS) + evened(dressed - own, *rings, N_CLOTH_ROUNDS)
+    half[:, 2] = np.maximum(half[:, 2], figure.sole_height - spec.sole)
     return mirrored_vertices(skin, half)
+
+
+def on_soles(skeleton: Skeleton, sole: float) -> Skeleton:
+    """The skeleton in shoes: the foot's centre follows the thicker sole.
+
+    Args:
+        skeleton: Barefoot.
+        sole: [m].
+    """
+    centres = skeleton.joint_offsets.copy()
+    centres[13:15, 2] -= 0.25 * sole
+    return Skeleton(skeleton.offsets, centres)
 
 
 def make_body(spec: BodySpec) -> Body:
@@ -88,36 +96,19 @@ def make_body(spec: BodySpec) -> Body:
     Args:
         spec: The measures.
     """
-    skin = template("template")
-    figure = solved_figure(spec, skin)
-    mesh = LabelledMesh(laid(figure, skin).astype(np.float32), skin.faces, skin.face_label, is_closed=True)
-    return Body(spec, figure.skeleton, mesh, BIND_ANGLES, skin.weights)
+    skin = template(_TEMPLATES.get(spec.bottom, "template"))
+    hem = spec.skirt_length + (1.0 if spec.bottom == "long_skirt" else 0.0)
+    figure = solved_figure(spec, template("template"), hem)
+    vertices = skin_of(figure, spec, skin).astype(np.float32)
+    mesh = LabelledMesh(vertices, skin.faces, skin.face_label, is_closed=True)
+    return Body(spec, on_soles(figure.skeleton, spec.sole), mesh, BIND_ANGLES.copy(), skin.weights)
 
 
-def solved_figure(spec: BodySpec, skin: Template) -> Figure:
-    """The figure whose naked volume has the person's mass, by the secant rule on heaviness.
+def sole_height(body: Body) -> float:
+    """How far the soles lie below the ankles' joint centres, shoes included [m].
 
     Args:
-        spec: The person.
-        skin: The naked template.
+        body: The person.
     """
-
-    def mass_at(heaviness: float) -> tuple[float, Figure]:
-        figure = figure_of(spec, heaviness)
-        return DENSITY * enclosed_volume(laid(figure, skin), skin.faces), figure
-
-    low, high = -1.2, 2.2
-    heaviness = 0.0
-    for _ in range(12):
-        mass, figure = mass_at(heaviness)
-        if abs(mass - spec.mass) < 0.004 * spec.mass:
-            break
-        if mass < spec.mass:
-            low = heaviness
-        else:
-            high = heaviness
-        slope = 0.75 * spec.mass if heaviness > 0 else 0.4 * spec.mass
-        heaviness = float(
-            np.clip(heaviness + (spec.mass - mass) / slope, 0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high)
-        )
-    return figure
+    toes = body.skeleton.offsets[DOF_IDX["l_toes_extension"]]
+    return float(-toes[2] / 0.75 + body.spec.sole)

@@ -11,6 +11,10 @@ from synth.bodies.body import SkinWeights
 from synth.vocabulary import MIRRORED_PART
 
 
+SKIRT_EASE, SKIRT_FLARE = 0.02, 0.06
+"""The skirt of the templates: cloth's distance from the skin, and how much wider the hem is [m]."""
+
+
 class Template(NamedTuple):
     """One skin topology; the first n_half vertices are the left half with the midline, the rest their images.
 
@@ -23,6 +27,9 @@ class Template(NamedTuple):
         face_label: (n_faces,) uint8.
         weights: Skin weights of all vertices.
         mirror: (n_vertices,) int64 index of each vertex's image.
+        ring_start: (n_half + 1,) int32 CSR starts of the vertices' neighbours in the left half.
+        ring: (n_edges,) int32 the neighbours.
+        ring_weight: (n_edges,) float64 their mean value weights; those of a vertex sum to 1.
     """
 
     segment: NDArray[np.int64]
@@ -33,6 +40,9 @@ class Template(NamedTuple):
     face_label: NDArray[np.uint8]
     weights: SkinWeights
     mirror: NDArray[np.int64]
+    ring_start: NDArray[np.int32]
+    ring: NDArray[np.int32]
+    ring_weight: NDArray[np.float64]
 
 
 @cache
@@ -40,7 +50,7 @@ def template(name: str) -> Template:
     """Reads a template.
 
     Args:
-        name: "template" or "template_skirt".
+        name: "template", "template_skirt" or "template_long_skirt".
     """
     with np.load(str(files("synth.bodies") / "data" / f"{name}.npz")) as data:
         on_plane = data["on_plane"]
@@ -58,6 +68,9 @@ def template(name: str) -> Template:
             np.concatenate([label, np.array(MIRRORED_PART)[label]]).astype(np.uint8),
             SkinWeights(data["indptr"], data["link"].astype(np.int32), data["weight"]),
             np.concatenate([image, off_plane]),
+            data["ring_start"],
+            data["ring"],
+            data["ring_weight"].astype(np.float64),
         )
 
 
