@@ -21,7 +21,7 @@ def is_sound(scene: Scene, clearance: tuple[float, float]) -> bool:
     if not all(_keeps_clear(item, scene.person, clearance[0]) for item in scene.objects):
         return False
     for k, item in enumerate(scene.objects):
-        others = tuple(other for other in scene.objects[:k] if item.stands_on != scene.objects.index(other))
+        others = tuple(other for other_idx, other in enumerate(scene.objects[:k]) if other_idx != item.stands_on)
         if not is_free_of(item, others, OBJECT_OVERLAP):
             return False
     return True
