@@ -86,6 +86,7 @@ class Profiles(NamedTuple):
         high: (n_segments,) highest z [m].
         centre: (n_segments, n_heights, 2) x and y of the axis [m].
         radius: (n_segments, n_heights, n_directions) [m].
+        bound: (n_segments,) greatest distance of the skin from the frame's z axis [m].
     """
 
     link: NDArray[np.int64]
@@ -93,6 +94,7 @@ class Profiles(NamedTuple):
     high: NDArray[np.float64]
     centre: NDArray[np.float64]
     radius: NDArray[np.float64]
+    bound: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -145,6 +147,7 @@ def _fit(body: Body) -> BodyFit:
         np.zeros(n),
         np.zeros((n, N_HEIGHTS, 2)),
         np.zeros((n, N_HEIGHTS, N_DIRECTIONS)),
+        np.zeros(n),
     )
     for i, (frame, links) in enumerate(SEGMENTS.values()):
         own = vertices[shares[:, [LINK_IDX[link] for link in links]].sum(axis=1) >= MIN_SHARE]
@@ -175,6 +178,8 @@ def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> Non
         profiles.radius[i, h] = np.interp(
             np.arange(N_DIRECTIONS), known, total[known] / count[known], period=N_DIRECTIONS
         )
+
+    profiles.bound[i] = float((np.hypot(*profiles.centre[i].T) + profiles.radius[i].max(axis=1)).max())
 
 
 def _test_points(
@@ -260,8 +265,9 @@ def _worst(profiles, T_world_link, points, allowed):  # type: ignore[no-untyped-
     worst_segment = 0
     for i in range(profiles.link.shape[0]):
         T = T_world_link[profiles.link[i]]
-        reach = 0.5 * (profiles.high[i] - profiles.low[i]) + profiles.radius[i].max() + 0.1
-        middle = 0.5 * (profiles.high[i] + profiles.low[i])
+        low = profiles.low[i]
+        high = profiles.high[i]
+        bound2 = profiles.bound[i] ** 2
         for p in range(points.shape[0]):
             if allowed[p, i] < 0.0:
                 continue
@@ -269,10 +275,12 @@ def _worst(profiles, T_world_link, points, allowed):  # type: ignore[no-untyped-
             dy = points[p, 1] - T[1, 3]
             dz = points[p, 2] - T[2, 3]
             z = T[0, 2] * dx + T[1, 2] * dy + T[2, 2] * dz
-            if abs(z - middle) > reach:
+            if z < low or z > high:
                 continue
             x = T[0, 0] * dx + T[1, 0] * dy + T[2, 0] * dz
             y = T[0, 1] * dx + T[1, 1] * dy + T[2, 1] * dz
+            if x * x + y * y > bound2:
+                continue
             excess = depth_in_profile(profiles, i, x, y, z) - allowed[p, i]
             if excess > worst:
                 worst = excess

@@ -14,7 +14,7 @@ from synth.bodies.skeleton import LINK_IDX
 Grip = Literal["rest", "keyboard", "handle", "pen", "cup"]
 SINK = 0.005
 """How far skin may go below a surface it rests on [m]."""
-ELBOW_PUSHES = (0.25, 0.4, 0.5)
+ELBOW_PUSHES = (0.25, 0.45)
 """How far an elbow is pushed out when the arm collides, one try after the other, as shares of the upper arm."""
 GAP = 0.01
 """How far skin may stay off what it touches [m]."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from synth.bodies.collision import SEGMENT_IDX, fit_of
 from synth.bodies.ik import Goal
 from synth.bodies.poses_draft import SEAT_DEPTH_SHARE, Draft
+from synth.bodies.poses_hands import place_hand
 from synth.bodies.poses_stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about
 from synth.bodies.skeleton import LINK_IDX
 
@@ -93,6 +94,13 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     for _ in range(3):
         lower_onto_seat(draft, seat_height)
         for side in "lr":
+            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
+    for more in (4.0, 6.0, 8.0, 10.0):
+        if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
+            break
+        # Thick thighs sit further apart.
+        for side in "lr":
+            spreads[side] += more
             _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
     if family == "sitting_legs_crossed":
         _cross_legs(draft, rng)
@@ -216,14 +224,7 @@ def rest_on_thigh(
     """
     turn = -SIGN[side] * float(rng.uniform(-15, 25))
     target, normal = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 1.0 - share, turn)
-    marks = draft.marks.side[side]
     inward = -SIGN[side] * float(rng.uniform(*spread))
-    fingers = np.array([1.0, inward, -0.15])
-    goals = [
-        Goal("wrist_deviation", marks.palm, target + 0.004 * normal, 1.0),
-        Goal("wrist_deviation", marks.palm_normal, -normal, 0.12, is_point=False),
-        Goal("wrist_deviation", (0, 0, -1), fingers / np.linalg.norm(fingers), 0.05, is_point=False),
-    ]
     draft.set(
         f"{side}_",
         shoulder_flexion=20,
@@ -233,17 +234,18 @@ def rest_on_thigh(
         forearm_pronation=50,
         wrist_flexion=0,
     )
-    solution = draft.solve(f"{side}_arm", goals, 0.02)
-    curl_fingers(draft, side, rng, 18, 20)
+    curl_fingers(draft, side, rng, 8, 10)
+    fingers = (1.0, inward, -0.15)
+    solution = place_hand(draft, side, target + 0.012 * normal, -normal, fingers, palm_weight=0.12)
     return solution.point_error < 0.015
 
 
 def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> None:
     """Lays the hands on the thighs, in the lap or near the knees; nearer the knees where the lap is taken."""
-    common = float(rng.uniform(0.3, 0.8))
+    common = float(rng.uniform(0.45, 0.85))
     for side in "lr":
         own = common + 0.05 * wild * float(rng.normal())
-        for share, inward in ((own, 0.5), (0.55, 0.0), (0.75, -0.2), (0.35, 0.0)):
+        for share, inward in ((own, 0.5), (0.75, 0.0), (0.6, -0.2)):
             reached = rest_on_thigh(draft, side, rng, share, (inward - 0.4, inward))
             if reached and draft.excess_of(side, "arm") <= 0.0:
                 break
@@ -254,11 +256,5 @@ def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> No
 def _rest_on_belly(draft: Draft, side: str) -> None:
     """Lays a palm on the belly, for a lap that is taken."""
     target, normal = draft.surface("abdomen", "lumbar_rotation", 0.7, SIGN[side] * 25)
-    marks = draft.marks.side[side]
     draft.set(f"{side}_", shoulder_flexion=5, shoulder_abduction=22, shoulder_rotation=45, elbow_flexion=80)
-    goals = [
-        Goal("wrist_deviation", marks.palm, target + 0.02 * normal, 1.0),
-        Goal("wrist_deviation", marks.palm_normal, -normal, 0.1, is_point=False),
-        Goal("wrist_deviation", (0, 0, -1), (0.1, -SIGN[side], -0.1), 0.05, is_point=False),
-    ]
-    draft.solve(f"{side}_arm", goals, 0.02)
+    place_hand(draft, side, target + 0.02 * normal, -normal, (0.1, -SIGN[side], -0.1))
