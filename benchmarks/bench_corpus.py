@@ -68,7 +68,7 @@ def write_with_zarr(corpus, root, frames):
         like = template[name]
         arrays[name] = group.create_array(
             name, shape=like.shape, dtype=like.dtype, chunks=like.chunks, shards=like.shards,
-            compressors=zarr.codecs.BloscCodec(cname="zstd", clevel=2, shuffle="bitshuffle"),
+            compressors=zarr.codecs.BloscCodec(cname="zstd", clevel=2, shuffle="shuffle"),
         )  # fmt: skip
     for first in range(0, len(frames), 64):
         block = [stored_values(frame) for frame in frames[first : first + 64]]

@@ -1,6 +1,6 @@
 """Zarr v3 shards, encoded and decoded with the codec libraries alone; zarr reads the same files.
 
-Maps: sharding_indexed with one inner chunk a frame (bytes, blosc-zstd-bitshuffle, crc32c) and the index at the
+Maps: sharding_indexed with one inner chunk a frame (bytes, blosc-zstd-shuffle, crc32c) and the index at the
 end, as in the Zarr v3 specification of sharding; an all-zero map is an absent chunk. Other arrays: one plain chunk
 a shard (bytes, crc32c). Writing a shard whole costs a tenth of zarr's own chunk by chunk pipeline.
 """
@@ -17,8 +17,8 @@ from pipelines.corpus.fields import SHARD_FRAMES, Field
 from pipelines.errors import CorpusError
 
 COMPRESSION_LEVEL = 2
-BLOCK_BYTES = 131072
-"""Twice as fast as level 3 in blocks of Blosc's own choice, for 2 % more bytes."""
+BLOCK_BYTES = 524288
+"""One block a map, byte shuffle: on real frames half the time of bit shuffle in 128 KiB blocks, and smaller."""
 _ABSENT = 2**64 - 1
 _INDEX_BYTES = SHARD_FRAMES * 16 + 4
 _LITTLE = {"name": "bytes", "configuration": {"endian": "little"}}
@@ -40,7 +40,7 @@ def array_metadata(item: Field, n_frames: int) -> str:
             "typesize": item.numpy_dtype.itemsize,
             "cname": "zstd",
             "clevel": COMPRESSION_LEVEL,
-            "shuffle": "bitshuffle",
+            "shuffle": "shuffle",
             "blocksize": BLOCK_BYTES,
         }
         inner = [_LITTLE, {"name": "blosc", "configuration": shuffled}, _CRC]
@@ -92,7 +92,7 @@ def encode_map(item: Field, image: np.ndarray) -> bytes:
     if not image.any():
         return b""
     plain = np.ascontiguousarray(image, dtype=item.numpy_dtype)
-    packed = blosc.compress(plain, b"zstd", COMPRESSION_LEVEL, blosc.BITSHUFFLE, BLOCK_BYTES)
+    packed = blosc.compress(plain, b"zstd", COMPRESSION_LEVEL, blosc.SHUFFLE, BLOCK_BYTES)
     return _with_crc(packed)
 
 
