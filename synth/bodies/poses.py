@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision import self_collides
+from synth.bodies.collision import SEGMENT_IDX, fit_of, self_collides
 from synth.bodies.families import FAMILIES, PoseFamily, family_named
 from synth.bodies.poses_arms import (
     bend_arms,
@@ -81,7 +81,8 @@ _ARMS: dict[str, Callable[[Draft, np.random.Generator, HandTargets | None], bool
 def seat_height_of(body: Body) -> float:
     """Seat height on which the body's thighs are level with the feet flat: about its knee height [m]."""
     marks = landmarks_of(body)
-    return marks.leg - marks.thigh - 0.08 * marks.leg
+    thigh = fit_of(body).profiles.radius[SEGMENT_IDX["l_thigh"]]
+    return marks.leg - marks.thigh - float(thigh[round(0.75 * (len(thigh) - 1))].mean())
 
 
 def seat_depth_of(body: Body) -> float:

@@ -202,6 +202,10 @@ def rest_on_surface(
     return -SINK <= low <= GAP
 
 
+# Bends of knuckles and finger middles, from the tightest fist to an open hand [degrees].
+_FIST = ((85, 95), (80, 80), (75, 65), (65, 60), (55, 55), (45, 45), (35, 35), (20, 30), (0, 20))
+
+
 def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> bool:
     """Closes a fist around a bar along y.
 
@@ -217,7 +221,7 @@ def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> 
     marks = draft.marks
     own = marks.side[side]
     radius = 0.5 * target.diameter
-    reach = np.array([0.0, 0.0, -0.3 * marks.palm])
+    reach = np.array([0.0, 0.0, -0.1 * marks.palm])
     off = radius
     towards = (np.cos(np.radians(palm_pitch)), 0.0, -np.sin(np.radians(palm_pitch)))
     across = Goal("wrist_deviation", (1, 0, 0), (0.0, -SIGN[side], 0.0), 0.12, is_point=False)
@@ -229,12 +233,18 @@ def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> 
         if solution.point_error > 0.01:
             return False
         distance = _distance_to_bar(draft, own.palm_skin, target)
-        if abs(distance - radius) < 0.3 * GAP:
+        # A little off the palm, because the thumb cannot leave the bar's way altogether.
+        short = radius + 0.4 * GAP - distance
+        if abs(short) < 0.2 * GAP:
             break
-        off += radius - distance
-    for curl in (85.0, 75.0, 65.0, 55.0, 45.0):
-        draft.set(f"{side}_", fingers_flexion=0.85 * curl, fingertips_flexion=1.1 * curl, thumb_flexion=35)
+        off += short
+    for knuckles, tips in _FIST:
+        draft.set(f"{side}_", fingers_flexion=knuckles, fingertips_flexion=tips)
         if _distance_to_bar(draft, own.finger_skin, target) > radius - SINK:
+            break
+    for thumb in (40, 20, 0, -20):
+        draft.set(f"{side}_", thumb_flexion=thumb)
+        if _distance_to_bar(draft, own.hand, target) > radius - SINK:
             break
     return abs(distance - radius) < GAP
 

@@ -102,8 +102,12 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
         for side in "lr":
             spreads[side] += more
             _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
-    if family == "sitting_legs_crossed":
-        _cross_legs(draft, rng)
+    crossing = _cross_legs(draft, rng) if family == "sitting_legs_crossed" else None
+    lower_onto_seat(draft, seat_height)
+    for side in "lr":
+        if side != crossing:
+            spread = draft.get(f"{side}_hip_abduction") if crossing else spreads[side]
+            _put_foot_down(draft, side, spread, steps[side] * marks.shank, yaws[side])
     lower_onto_seat(draft, seat_height)
 
 
@@ -119,11 +123,8 @@ def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_y
     slant = np.sqrt(max(length**2 - knee[2] ** 2, 0.0))
     reach = np.sign(forward or 1.0) * max(abs(forward), 0.75 * slant)
     reach = float(np.clip(reach, -0.35 * marks.shank, 0.75 * marks.shank))
-    if knee[2] > 1.03 * length:
-        _hang_foot(draft, side, forward)
-        return
     low = 0.0
-    for _ in range(2):
+    for _ in range(4):
         target = (knee[0] + reach - 0.02, knee[1] + 0.1 * reach * np.sin(azimuth), -low)
         toes = (np.cos(np.radians(toe_yaw)), np.sin(np.radians(toe_yaw)), 0.0)
         goals = [
@@ -133,15 +134,22 @@ def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_y
             Goal("ankle_inversion", (1, 0, 0), toes, 0.04, is_point=False),
         ]
         draft.solve(f"{side}_leg", goals, 0.004)
-        low += float(draft.skin(marks.side[side].foot)[:, 2].min())
-    if low > 0.015:
+        off = float(draft.skin(marks.side[side].foot)[:, 2].min())
+        if abs(off) < 0.001:
+            break
+        low += off
+    if off > 0.006:
         _hang_foot(draft, side, forward)
 
 
 def _hang_foot(draft: Draft, side: str, forward: float) -> None:
-    """A leg too short for the floor: level thigh, shank hanging, toes a little down."""
+    """A leg too short for the floor: level thigh, shank hanging, toes down as far as the floor lets them."""
     swing = float(np.clip(40 * forward, -15, 15))
-    draft.set(f"{side}_", knee_flexion=84 - swing, hip_rotation=0.0, ankle_flexion=-18, ankle_inversion=4)
+    draft.set(f"{side}_", knee_flexion=84 - swing, hip_rotation=0.0, ankle_inversion=4)
+    for ankle in (-18, -8, 2, 12):
+        draft.set(f"{side}_", ankle_flexion=ankle)
+        if float(draft.skin(draft.marks.side[side].foot)[:, 2].min()) >= 0.0:
+            break
 
 
 def _radius(draft: Draft, segment: str, height: float) -> float:
@@ -149,8 +157,12 @@ def _radius(draft: Draft, segment: str, height: float) -> float:
     return float(radius[round(height * (len(radius) - 1))].mean())
 
 
-def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
-    """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side."""
+def _cross_legs(draft: Draft, rng: np.random.Generator) -> str | None:
+    """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side.
+
+    Returns:
+        Side of the upper leg, or None.
+    """
     uncrossed = draft.angles.copy()
     for _ in range(12):
         lead = "l" if rng.random() < 0.5 else "r"
@@ -159,8 +171,9 @@ def _cross_legs(draft: Draft, rng: np.random.Generator) -> None:
         cross(draft, lead, rng)
         draft.set(f"{lead}_", toes_extension=0)
         if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
-            return
+            return lead
     draft.angles = uncrossed
+    return None
 
 
 def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:

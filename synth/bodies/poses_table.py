@@ -1,6 +1,7 @@
 """Arms of the families whose hands touch what the scene offers: a table, a laptop, a handle."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.bodies.ik import Goal
 from synth.bodies.poses_arms import lead_side
@@ -19,6 +20,8 @@ from synth.bodies.poses_hands import (
 )
 from synth.bodies.poses_stand import OTHER, SIGN, curl_fingers
 
+TOP_THICKNESS = 0.06
+"""Room left for a table top and its frame above a hand in the lap [m]."""
 _ENDLESS = (-10.0, 10.0, -10.0, 10.0)
 
 
@@ -64,7 +67,22 @@ def hands_on_table(draft: Draft, rng: np.random.Generator, targets: HandTargets 
     _table(targets, "table_hands")
     assert targets is not None
     sides = "lr" if rng.random() < 0.8 or targets.left or targets.right else lead_side(rng)
+    height, rect = _table(targets, "table_hands")
+    if len(sides) == 1 and not _under(draft, OTHER[sides], rect, height):
+        return False
     return all(_flat_hand(draft, side, rng, targets) for side in sides)
+
+
+def _under(draft: Draft, side: str, rect: tuple[float, float, float, float], height: float) -> bool:
+    """Whether all of an arm that is within a table's outline lies under its top."""
+    marks = draft.marks.side[side]
+    skin = draft.skin(np.concatenate([marks.hand, marks.forearm]))
+    return not np.any(skin[_within(skin, rect), 2] > height - TOP_THICKNESS)
+
+
+def _within(skin: NDArray[np.float32], rect: tuple[float, float, float, float]) -> NDArray[np.bool_]:
+    x_min, x_max, y_min, y_max = rect
+    return (skin[:, 0] > x_min) & (skin[:, 0] < x_max) & (skin[:, 1] > y_min) & (skin[:, 1] < y_max)
 
 
 def write(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
@@ -130,9 +148,7 @@ def _clear_of(draft: Draft, side: str, rect: tuple[float, float, float, float], 
     """Whether an arm is not inside the slab under a surface."""
     marks = draft.marks.side[side]
     skin = draft.skin(np.concatenate([marks.hand, marks.forearm]))
-    x_min, x_max, y_min, y_max = rect
-    over = (skin[:, 0] > x_min) & (skin[:, 0] < x_max) & (skin[:, 1] > y_min) & (skin[:, 1] < y_max)
-    return not np.any(skin[over, 2] < height - SINK)
+    return not np.any(skin[_within(skin, rect), 2] < height - SINK)
 
 
 def elbows_on_table(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:

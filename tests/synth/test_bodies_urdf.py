@@ -4,12 +4,12 @@ import trimesh
 import yourdfpy
 
 from synth.bodies.kinematics import link_transforms
-from synth.bodies.shape import sample_body
+from synth.bodies.shape import BodySpec
 from synth.bodies.skeleton import AXES, DOFS, LOWER, N_DOFS, N_LINKS, UPPER
 from synth.bodies.skin import make_body
 from synth.bodies.urdf import link_name, skin_pieces, write_urdf
 
-BODY = make_body(sample_body(np.random.default_rng(5)))
+BODY = make_body(BodySpec(1.76, 72.0, 1.0, 35.0))
 
 
 @pytest.fixture(scope="module")
