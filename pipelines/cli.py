@@ -67,17 +67,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     _one_thread_for_small_matrices()
     _log_to_stdout()
+    return _run(words)
+
+
+def _run(words: list[str]) -> int:
+    """Runs a known command; what the user can mend becomes one line."""
     from pipelines.errors import UserError
 
     try:
         return _settings(words[0], words[1:]).run()
-    except UserError as error:
-        print(f"undergrowth: error: {error}", file=sys.stderr)
-        return 1
     except KeyboardInterrupt:
         print("undergrowth: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
+        return 1
+    except (UserError, OSError) as error:
+        print(f"undergrowth: error: {error}", file=sys.stderr)
         return 1
 
 

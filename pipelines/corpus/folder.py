@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from pipelines.corpus import shards
 from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header, write_atomically
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
-from pipelines.corpus.write import ZARR_NAME, FrameSource, shard_files
+from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
@@ -71,7 +71,7 @@ def prepare_folder(root: Path, order: Order) -> Header:
         foreign = sorted(item.name for item in root.iterdir() if item.name != HEADER_NAME + ".tmp")
         if foreign:
             raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
-        frame = order.make_source().frame(0)
+        frame = make_frame(order.make_source(), 0)
         size = frame.depth.shape
         document = build_header(order.seed, order.n_frames, order.config, order.angles, size, len(frame.angles))
         write_atomically(root / HEADER_NAME, json.dumps(document, indent=1) + "\n")

@@ -34,19 +34,21 @@ def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
     return FrameInfo(seed=seed, objects=objects, **values), camera
 
 
-def read_infos(path: Path, seed: int) -> list[tuple[FrameInfo, str]]:
-    """All records of a shard.
+def read_lines(path: Path, n_frames: int) -> list[str]:
+    """The records of a shard, not yet parsed.
 
     Raises:
         CorpusError: The file is missing or damaged.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-        return [parse_info(line, seed) for line in lines]
     except FileNotFoundError:
         raise CorpusError(f"{path} is missing") from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except UnicodeDecodeError as error:
         raise CorpusError(f"{path} is damaged: {error}") from None
+    if len(lines) != n_frames:
+        raise CorpusError(f"{path} is damaged: it holds {len(lines)} records, not {n_frames}")
+    return lines
 
 
 def split_ids(infos: list[FrameInfo]) -> dict[str, SplitIds]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pipelines.corpus import shards
 from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
-from pipelines.corpus.frameinfo import read_infos
+from pipelines.corpus.frameinfo import parse_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
 from pipelines.corpus.layers import body_layer
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
@@ -38,7 +38,7 @@ class Corpus:
         self.lines = lines
         numbers = [np.asarray(header.frames_of(shard), dtype=np.int64) for shard in sorted(lines)]
         self.indices: NDArray[np.int64] = np.concatenate([np.empty(0, np.int64), *numbers])
-        self._infos = lru_cache(maxsize=8)(self._read_infos)
+        self._lines_of = lru_cache(maxsize=64)(self._read_lines)
         self._paths = lru_cache(maxsize=64)(self._paths_of)
         self._plain = lru_cache(maxsize=4 * len(header.fields))(shards.read_plain)
 
@@ -185,19 +185,25 @@ class Corpus:
     def _paths_of(self, shard: int) -> dict[str, Path]:
         return shard_files(self.path, self.header, shard)
 
-    def _read_infos(self, shard: int) -> list[tuple[FrameInfo, str]]:
-        infos = read_infos(self._paths(shard)["info"], self.header.seed)
-        if [info.index for info, _ in infos] != list(self.header.frames_of(shard)):
-            raise CorpusError(f"the frame records of shard {shard} of {self.path} are damaged: other frames")
-        return infos
+    def _read_lines(self, shard: int) -> list[str]:
+        return read_lines(self._paths(shard)["info"], len(self.header.frames_of(shard)))
 
     def _record(self, index: int) -> tuple[FrameInfo, str]:
         number = self._checked(index)
-        return self._infos(number // SHARD_FRAMES)[number % SHARD_FRAMES]
+        line = self._lines_of(number // SHARD_FRAMES)[number % SHARD_FRAMES]
+        try:
+            record = parse_info(line, self.header.seed)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise CorpusError(f"the record of frame {number} of {self.path} is damaged: {error}") from None
+        if record[0].index != number:
+            raise CorpusError(f"the record of frame {number} of {self.path} is damaged: it is another frame's")
+        return record
 
     def _sensed(self, sensor: str, index: int, depth: np.ndarray) -> np.ndarray:
-        from synth.render.sensors import apply_sensor
+        from synth.render.sensors import SENSOR_NAMES, apply_sensor
 
+        if sensor not in SENSOR_NAMES:
+            raise CorpusError(f"sensor {sensor!r} is unknown; known are {', '.join(SENSOR_NAMES)}")
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
         return apply_sensor(sensor, depth, self.camera(index), rng)
 

@@ -59,7 +59,7 @@ def write_shard(
     infos: list[FrameInfo] = []
     lines: list[str] = []
     for index in header.frames_of(shard):
-        frame = _make_frame(source, index)
+        frame = make_frame(source, index)
         _check_frame(frame, header, index)
         for name, value in stored_values(frame).items():
             if name in chunks:
@@ -85,7 +85,8 @@ def write_shard(
     )
 
 
-def _make_frame(source: FrameSource, index: int) -> Frame:
+def make_frame(source: FrameSource, index: int) -> Frame:
+    """A source's frame; what the settings do not allow becomes the user's error."""
     try:
         return source.frame(index)
     except RuntimeError as error:

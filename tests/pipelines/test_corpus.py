@@ -88,6 +88,18 @@ def test_unknown_names_and_frames_are_named(toy_corpus):
         toy_corpus[200]
     with pytest.raises(CorpusError, match="depth alone"):
         toy_corpus.arrays("part", [0], sensor="kinect_v2")
+    with pytest.raises(CorpusError, match="sensor 'radar' is unknown; known are ideal"):
+        toy_corpus.frame(0, sensor="radar")
+
+
+class Impossible(ToySource):
+    def frame(self, index):
+        raise RuntimeError("no scene meets distance=(19, 20)")
+
+
+def test_settings_that_allow_no_frame_are_told(tmp_path, order):
+    with pytest.raises(UserError, match="no scene meets distance"):
+        write_corpus(tmp_path / "c", replace(order(5), make_source=Impossible))
 
 
 def edit_header(root, **values):

@@ -55,6 +55,7 @@ def test_the_resolved_settings_are_saved(real_corpus):
     assert real_corpus.header.config["renderer"] == "numba"
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_bytes_of_one(real_corpus, small_toml, tmp_path, bytes_of, capsys):
     out = tmp_path / "two"
     assert main(["generate", str(out), "--config", str(small_toml), "--workers", "2"]) == 0

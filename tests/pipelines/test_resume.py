@@ -73,7 +73,7 @@ def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path, order, toy_c
     assert bytes_of(tmp_path / "two") == bytes_of(toy_corpus.path)
 
 
-@pytest.mark.parametrize(("workers", "kills"), [(1, (0, 1, 2)), (2, (1,))])
+@pytest.mark.parametrize(("workers", "kills"), [(1, (0, 2)), pytest.param(2, (1,), marks=pytest.mark.slow)])
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, order, toy_corpus, bytes_of, workers, kills):
     out = tmp_path / "c"
     rng = random.Random(workers)
