@@ -44,8 +44,8 @@ def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -
 {objects}. <small>Digest {corpus.digest[:16]}</small></p>
 <h2>Joints by state</h2>{_joint_table(statistics)}
 <div class="grid">
-<div><h2>Share of the person that is seen</h2>{_svg(statistics.visible_fraction, "{:.1f}")}</div>
-<div><h2>Distance camera to torso [m]</h2>{_svg(statistics.distance, "{:.0f}")}</div>
+<div><h2>Share of the person that is seen</h2>{_svg(statistics.visible_fraction, "{:g}")}</div>
+<div><h2>Distance camera to torso [m]</h2>{_svg(statistics.distance, "{:g}")}</div>
 <div><h2>Camera's bearing seen from the person [deg]</h2>{_svg(statistics.azimuth, "{:.0f}")}
 <small>0 is in front, positive to the person's left</small></div>
 {counts}</div>
