@@ -3,18 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.bodies.poses import draw_base, seat_contact
+from synth.bodies.poses import draw_base, seat_depth_of
 from synth.scene.draw import SEAT, Person, SceneDraw
-from synth.scene.placement import FAR, PlacedObject, advance, pose_on_floor
+from synth.scene.placement import PlacedObject, advance, pose_on_floor
 from synth.scene.pools import Subject
 from synth.vocabulary import PART
 
 LOWER_LEGS = frozenset(PART[f"{side}{name}"] for side in "lr" for name in ("w_leg", "_knee", "_ankle", "_foot"))
 """Labels that the front of a seat must keep clear of."""
-SEAT_MARGIN = 0.08
-"""The sitting bones stay this far inside the seat's borders [m]."""
+LEAST_SEAT = 0.05
+"""A seat reaches at least this far before the hip joints [m]."""
+CONTACT = 0.01
+"""Skin and seat touch if they are within this of each other [m]."""
 DESK_CHAIRS: tuple[str, ...] = ("dining_chair", "office_chair", "stool")
 """Chair kinds that people sit at tables on."""
 
@@ -40,30 +41,26 @@ def seat_person(
     if base is None:
         return None
     person = Person.in_pose(subject, base)
-    contact = seat_contact(subject.body, base)
-    placed = _slide_under(draw, person, seat, contact)
+    placed = _slide_under(draw, person, seat)
     return None if placed is None else (person, placed)
 
 
-def _slide_under(
-    draw: SceneDraw, person: Person, seat: PlacedObject, contact: NDArray[np.float64]
-) -> PlacedObject | None:
-    """Pushes the seat forward until its back or its front edge meets the person."""
+def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedObject | None:
+    """Pushes the seat forward until its back meets the trunk, its front the legs, or it reaches far enough."""
     surface = seat.occluder.anchor("seat")
-    half_x = 0.5 * surface.size[0]
-    half_y = max(0.0, 0.5 * surface.size[1] - 0.22)
-    to_front = surface.T_object_anchor[0, 3] + half_x - SEAT_MARGIN
-    sideways = float(draw.rng.uniform(-half_y, half_y))
-    start = pose_on_floor(contact[0] - to_front, contact[1] - surface.T_object_anchor[1, 3] + sideways, 0.0)
-    placed = replace(seat, T_world_object=start, contact_parts=SEAT, is_seat=True)
-    above = person.vertices[:, 2] > surface.T_object_anchor[2, 3] + 0.08
+    centre, half_x = surface.T_object_anchor[:3, 3], 0.5 * surface.size[0]
+    root = person.pose.T_world_root[:3, 3]
+    slack = max(0.0, 0.5 * surface.size[1] - 0.22)
+    y = root[1] - centre[1] + float(draw.rng.uniform(-slack, slack))
+    T_world_start = pose_on_floor(root[0] + LEAST_SEAT - centre[0] - half_x, y, 0.0)
+    start = replace(seat, T_world_object=T_world_start, contact_parts=SEAT, is_seat=True)
+    travel = seat_depth_of(person.subject.body) - LEAST_SEAT
+    is_above = person.vertices[:, 2] > centre[2] + 0.08
+    is_trunk = np.isin(person.subject.vertex_part, list(SEAT)) & is_above
     is_leg = np.isin(person.subject.vertex_part, list(LOWER_LEGS))
-    obstacles = person.vertices[is_leg | (above & np.isin(person.subject.vertex_part, list(SEAT)))]
-    travel = 2.0 * (half_x - SEAT_MARGIN)
-    pushed = advance((placed,), (1.0, 0.0, 0.0), obstacles, draw.gap(), max_travel=travel)
-    if pushed is not None:
-        return pushed[0]
-    if placed.gap(obstacles, FAR) < 0.0:
+    obstacles = person.vertices[is_trunk | is_leg]
+    met = advance((start,), (1.0, 0.0, 0.0), obstacles, draw.gap(), max_travel=travel)
+    placed = met[0] if met is not None else start.moved((travel, 0.0, 0.0))
+    if placed.gap(obstacles) < 0.0:
         return None
-    centred = placed.moved((0.5 * travel, 0.0, 0.0))
-    return centred if centred.gap(obstacles) >= 0.0 else None
+    return placed if -CONTACT < placed.gap(person.points_of(SEAT)) < CONTACT else None
