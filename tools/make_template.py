@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import open3d as o3d
 from numpy.typing import NDArray
 from scipy import sparse
 
@@ -82,8 +83,10 @@ class MeanBody:
 
 def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """The left half's surface, smoothed and thinned."""
-    low = np.array([body.points[:, 0].min() - 0.12, -0.5 * step, body.point("ankle")[2] - 0.11])
-    high = body.points.max(axis=0) + (0.12, 0.06, 0.17)
+    low = np.array(
+        [body.points[:, 0].min() - (0.24 if body.has_skirt else 0.12), -0.5 * step, body.point("ankle")[2] - 0.11]
+    )
+    high = body.points.max(axis=0) + (0.16, 0.06, 0.17)
     shape = np.ceil((high - low) / step).astype(int)
     field = np.empty(shape, dtype=np.float32)
     y, z = low[1] + step * np.arange(shape[1]), low[2] + step * np.arange(shape[2])
@@ -97,7 +100,9 @@ def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.flo
     seam = np.maximum(d[:, SEGMENT_IDX["trunk"]], d[:, SEGMENT_IDX["thigh"]])
     vertices = softened(vertices, faces, smoothstep(-seam, -0.022, -0.010), 40)
     vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)
-    return thinned(vertices, faces, n_faces)
+    fine = vertices, faces
+    vertices, faces = thinned(vertices, faces, n_faces)
+    return relaxed(vertices, faces, fine, 4), faces
 
 
 def neighbours(n: int, faces: NDArray[np.int64]) -> sparse.csr_matrix:
@@ -118,6 +123,12 @@ def largest_piece(
     index = np.full(len(vertices), -1)
     index[kept] = np.arange(len(kept))
     return vertices[kept], index[faces[(piece[faces] == main).all(axis=1)]]
+
+
+def is_closed(faces: NDArray[np.int64]) -> bool:
+    """Whether every edge has two faces."""
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 
 
 def taubin(vertices: NDArray[np.float64], faces: NDArray[np.int64], n_rounds: int) -> NDArray[np.float64]:
@@ -148,7 +159,9 @@ def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np
     d = body.distances(vertices).astype(np.float64)
     share = np.exp(-np.clip((d - d.min(axis=1, keepdims=True)) / 0.004, 0.0, 40.0))
     share /= share.sum(axis=1, keepdims=True)
-    mean = neighbours(len(vertices), faces)
+    edges = vertices[faces] - vertices[np.roll(faces, 1, axis=1)]
+    small = np.linalg.norm(edges, axis=2).max(axis=1) < 0.05
+    mean = mean_value_matrix(vertices, faces[small])
     for _ in range(14):
         share = 0.4 * share + 0.6 * (mean @ share)
     held = np.argsort(-share, axis=1)[:, :N_HELD]
@@ -167,8 +180,8 @@ def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np
     }
 
 
-def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
-    """Neighbours of each vertex with mean value weights (Floater 2003), which keep linear fields as they are."""
+def mean_value_matrix(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> sparse.csr_matrix:
+    """(n, n) averages over neighbours with mean value weights (Floater 2003), which keep linear fields as they are."""
     n = len(vertices)
     total = sparse.csr_matrix((n, n))
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -179,13 +192,41 @@ def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dic
         half_tan = np.tan(0.5 * np.arccos(cosine))
         for to, r in ((j, ru), (k, rw)):
             total = total + sparse.coo_matrix((half_tan / np.maximum(r, 1e-4), (v, to)), shape=(n, n)).tocsr()
-    total = sparse.diags(1.0 / np.asarray(total.sum(axis=1)).ravel()) @ total
-    total = total.tocsr()
+    sums = np.asarray(total.sum(axis=1)).ravel()
+    alone = sparse.diags((sums == 0).astype(float))
+    return (sparse.diags(1.0 / np.where(sums > 0, sums, 1.0)) @ total + alone).tocsr()
+
+
+def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
+    """Neighbours of each vertex and their mean value weights as arrays."""
+    total = mean_value_matrix(vertices, faces)
     return {
         "ring_start": total.indptr.astype(np.int32),
         "ring": total.indices.astype(np.int32),
         "ring_weight": total.data.astype(np.float32),
     }
+
+
+def relaxed(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    fine: tuple[NDArray[np.float64], NDArray[np.int64]],
+    n_rounds: int,
+) -> NDArray[np.float64]:
+    """Moves vertices along the fine surface toward their neighbours' centre, for rounder triangles."""
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(o3d.core.Tensor(fine[0].astype(np.float32)), o3d.core.Tensor(fine[1].astype(np.uint32)))
+    edges, counts = np.unique(
+        np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0, return_counts=True
+    )
+    free = np.ones(len(vertices), dtype=bool)
+    free[edges[counts == 1].ravel()] = False
+    mean = neighbours(len(vertices), faces)
+    for _ in range(n_rounds):
+        moved = vertices + 0.35 * (mean @ vertices - vertices)
+        onto = scene.compute_closest_points(o3d.core.Tensor(moved.astype(np.float32)))["points"].numpy()
+        vertices = np.where(free[:, None], onto, vertices)
+    return vertices
 
 
 def membership(body: MeanBody, p: NDArray[np.float64]) -> Membership:
@@ -228,8 +269,8 @@ def dense_weights(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[
             dense[:, LINK_IDX["r_" + name[2:]]] += weight * (1.0 - left)
         else:
             dense[:, LINK_IDX[name]] += weight
-    mean = neighbours(len(p), faces)
-    for _ in range(3):
+    mean = mean_value_matrix(vertices, faces)
+    for _ in range(10):
         dense = 0.5 * dense + 0.5 * (mean @ dense)
     return dense
 
@@ -237,8 +278,13 @@ def dense_weights(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[
 def make(hem: float | None, step: float, n_faces: int) -> dict[str, NDArray]:
     """All arrays of one template."""
     body = MeanBody(hem)
-    vertices, faces = fine_half(body, step, n_faces // 2)
-    vertices, faces, mirror = mirrored(vertices, faces)
+    for attempt in range(6):
+        vertices, faces = fine_half(body, step * (1.0 + 0.01 * attempt), n_faces // 2)
+        vertices, faces, mirror = mirrored(vertices, faces)
+        if is_closed(faces):
+            break
+    else:
+        raise RuntimeError("no grid gave a surface whose edges all have two faces")
     n_half = int((mirror >= np.arange(len(mirror))).sum())
     half_faces = faces[: len(faces) // 2]
     out = coordinates(body, vertices[:n_half], half_faces)

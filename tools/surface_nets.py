@@ -70,6 +70,26 @@ def thinned(
     return np.asarray(mesh.vertices).copy(), np.asarray(mesh.triangles).astype(np.int64)
 
 
+def without_pinches(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], border: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Splits inner edges that join two border vertices: their mirror images would share the edge."""
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    unique, counts = np.unique(edges, axis=0, return_counts=True)
+    for a, b in unique[(counts == 2) & border[unique].all(axis=1)]:
+        middle = len(vertices)
+        vertices = np.vstack([vertices, 0.5 * (vertices[a] + vertices[b]) + (0.0, 0.002, 0.0)])
+        border = np.append(border, False)
+        touching = np.flatnonzero((faces == a).any(axis=1) & (faces == b).any(axis=1))
+        second = faces[touching].copy()
+        first = faces[touching].copy()
+        first[first == a] = middle
+        second[second == b] = middle
+        faces[touching] = first
+        faces = np.vstack([faces, second])
+    return vertices, faces, border
+
+
 def mirrored(
     vertices: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
@@ -87,6 +107,7 @@ def mirrored(
     vertices[border, 1] = 0.0
     vertices[~border, 1] = np.maximum(vertices[~border, 1], 1e-4)
     faces = faces[~border[faces].all(axis=1)]  # slivers that lie in the plane
+    vertices, faces, border = without_pinches(vertices, faces, border)
     used, faces = np.unique(faces, return_inverse=True)
     faces, vertices, border = faces.reshape(-1, 3), vertices[used], border[used]
     image = np.arange(len(vertices))

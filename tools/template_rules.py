@@ -81,7 +81,7 @@ def weights_of(p: Array, mark: Landmarks, member: Membership) -> dict[str, Array
     upper, fore = unit(elbow - shoulder), unit(wrist - elbow)
     hand, thigh, shank = unit(knuckle - wrist), unit(knee - hip), unit(ankle - knee)
 
-    arm = member.arm * mark.crossing(p, "l_shoulder_flexion", unit(upper + (0, 0.7, 0.1)), 0.042)
+    arm = member.arm * mark.crossing(p, "l_shoulder_flexion", unit(upper + (0, 0.7, 0.1)), 0.048)
     past_elbow = mark.crossing(p, "l_elbow_flexion", upper + fore, 0.024)
     past_wrist = mark.crossing(p, "l_wrist_flexion", fore + hand, 0.018)
     past_knuckle = mark.crossing(p, "l_fingers_flexion", hand, 0.008) * (1.0 - member.thumb)

@@ -60,9 +60,9 @@ def dressed_table(figure: Figure, spec: BodySpec) -> NDArray[np.float32]:
     if spec.bottom not in ("bare", "skirt", "long_skirt"):
         put_on_trousers(table, figure.axes, spec, folds)
     if spec.shoes != "bare":
-        put_on_shoes(table, spec)
+        put_on_shoes(table, figure, spec)
     else:
-        soles(table, 0.004)
+        soles(table, figure, 0.002, 0.0)
     if spec.top != "bare":
         put_on_top(table, figure.axes, spec, folds)
     cover_head(table, spec, figure.table)
@@ -115,7 +115,7 @@ def put_on_trousers(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> N
         return
     thigh += ease * (1.0 + folds("thigh"))
     shank, place = table_view(table, "shank"), stations_of("shank")[:, None]
-    cover = step_up(-place, -1.97, -1.90)
+    cover = step_up(-place, -2.05, -2.0)
     cloth = shank + ease * (1.0 + folds("shank"))
     if spec.bottom != "tight":
         knee = thigh[-1].mean()
@@ -131,22 +131,37 @@ def figure_scale(axes: Axes) -> float:
     return float(leg / 0.83)
 
 
-def soles(table: Array, thickness: float) -> None:
-    """Lets the foot reach below its sole, so that it can be cut level."""
-    down = step_up(-np.cos(angles_of("foot")), 0.1, 0.6)
-    table_view(table, "foot")[:] += thickness * down
+def soles(table: Array, figure: Figure, thickness: float, width: float) -> None:
+    """Lets the foot reach below its sole with upright sides, so that it can be cut level.
+
+    Args:
+        table: (table_size,) radii [m], changed in place.
+        figure: The naked body.
+        thickness: How far below the naked sole [m].
+        width: How far beyond the naked foot's sides [m].
+    """
+    foot, angle = table_view(table, "foot"), angles_of("foot")
+    depth = axis_points(figure.axes, "foot")[:, 2] - figure.sole_height + thickness
+    down = np.maximum(-np.cos(angle), 1e-3)
+    for side in (1.0, -1.0):
+        across = np.maximum(side * np.sin(angle), 0.0)
+        half_width = (foot * across).max(axis=1, keepdims=True) + width
+        box = np.minimum(depth[:, None] / down, half_width / np.maximum(across, 1e-3))
+        reaches = (-np.cos(angle) > 0.02) & (side * np.sin(angle) > -1e-6)
+        foot[:] = np.where(reaches, np.maximum(foot, box), foot)
 
 
-def put_on_shoes(table: Array, spec: BodySpec) -> None:
-    """Shoes round the toes off and thicken sole and heel; boots go up the shank."""
+def put_on_shoes(table: Array, figure: Figure, spec: BodySpec) -> None:
+    """Shoes round the toes off and thicken the soles; boots go up the shank."""
     foot, place = table_view(table, "foot"), stations_of("foot")[:, None]
     up = np.maximum(np.cos(angles_of("foot")), 0.0)
-    foot += 0.005 + 0.012 * up * step_up(place, 0.6, 0.85)
-    soles(table, spec.sole + 0.010)
+    foot += 0.003 + 0.009 * up * step_up(place, 0.5, 0.85) * step_up(-place, -1.02, -0.9)
+    soles(table, figure, spec.sole + 0.004, 0.002)
+    place = stations_of("shank")[:, None]
     if spec.shoes == "boot" and spec.bottom in ("bare", "tight", "shorts", "skirt", "long_skirt"):
-        table_view(table, "shank")[:] += 0.011 * step_up(stations_of("shank")[:, None], 1.40, 1.44)
+        table_view(table, "shank")[:] += 0.011 * step_up(place, 1.40, 1.44)
     else:
-        table_view(table, "shank")[:] += 0.006 * step_up(stations_of("shank")[:, None], 1.92, 1.97)
+        table_view(table, "shank")[:] += 0.004 * step_up(place, 1.92, 1.97)
 
 
 def skirt_table(table: NDArray[np.float32], axes: Axes, ease: float, flare: float) -> None:

@@ -62,12 +62,12 @@ def cover_head(table: Array, spec: BodySpec, naked: NDArray[np.float32]) -> None
         head += 0.010 * covered("beanie", 4.0)
     elif spec.headwear == "cap":
         head += 0.012 * covered("cap", 4.0)
-        brim = np.exp(-0.5 * ((polar - 59.0) / 3.2) ** 2) * (1.0 - step_up(azimuth, 34.0, 52.0))
-        head += 0.065 * scale * brim
+        brim = np.exp(-0.5 * ((polar - 68.0) / 6.0) ** 2) * (1.0 - step_up(azimuth, 30.0, 58.0))
+        head += 0.055 * scale * brim
     elif spec.headwear == "brim":
         head += 0.022 * covered("brim", 4.0)
         line = np.interp(azimuth, _AZIMUTH, _HAIRLINE["brim"])
-        head += 0.060 * scale * np.exp(-0.5 * ((polar - line) / 3.2) ** 2)
+        head += 0.045 * scale * np.exp(-0.5 * ((polar - line - 6.0) / 6.0) ** 2)
     elif spec.headwear == "hood":
         head += 0.026 * covered("hood", 5.0)
         put_hood_down_neck(table, 0.026)
@@ -78,12 +78,12 @@ def hang_hair(table: Array, volume: float, is_long: bool) -> None:
     behind = step_up(np.degrees(angles_of("neck"))[None, :], 60.0, 95.0)
     down = 0.0 if is_long else 0.45
     along = step_up(stations_of("neck")[:, None], down, down + 0.2)
-    table_view(table, "neck")[:] += (0.018 + 0.8 * volume) * behind * along
+    table_view(table, "neck")[:] += (0.022 + 0.9 * volume) * behind * along
     if not is_long:
         return
-    back = step_up(np.degrees(angles_of("trunk"))[None, :], 108.0, 135.0)
+    back = step_up(np.degrees(angles_of("trunk"))[None, :], 105.0, 150.0)
     trunk = stations_of("trunk")[:, None]
-    table_view(table, "trunk")[:] += (0.010 + 0.7 * volume) * back * step_up(trunk, 3.25, 3.6)
+    table_view(table, "trunk")[:] += (0.018 + 0.9 * volume) * back * step_up(trunk, 2.9, 3.7)
     angle = np.degrees(angles_of("clavicle"))[None, :]
     near = step_up(-stations_of("clavicle")[:, None], -0.5, -0.2)
     around = step_up(angle, 130.0, 160.0) * step_up(-angle, -285.0, -255.0)
