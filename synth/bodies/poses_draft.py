@@ -28,23 +28,27 @@ class Side:
 
     Attributes:
         palm: (3,) middle of the palm's skin, hand frame [m].
+        grip: (3,) skin under the knuckles, where a bar lies in a fist, hand frame [m].
         palm_normal: (3,) out of the palm, hand frame.
         fingertip: (3,) middle of the finger ends, fingertips' frame [m].
         sole: (3,) middle of the sole, foot frame [m].
         hand: Skin vertices of hand and fingers.
         palm_skin: Those of the palm alone.
         finger_skin: Those of the fingers alone.
+        thumb_skin: Those of the thumb alone.
         forearm: Skin vertices between elbow and wrist.
         foot: Skin vertices of the foot.
     """
 
     palm: NDArray[np.float64]
+    grip: NDArray[np.float64]
     palm_normal: NDArray[np.float64]
     fingertip: NDArray[np.float64]
     sole: NDArray[np.float64]
     hand: NDArray[np.int64]
     palm_skin: NDArray[np.int64]
     finger_skin: NDArray[np.int64]
+    thumb_skin: NDArray[np.int64]
     forearm: NDArray[np.int64]
     foot: NDArray[np.int64]
 
@@ -110,17 +114,21 @@ def _find_landmarks(body: Body) -> Landmarks:
         hand = local(skin(side, _HAND[:1]), f"{side}_wrist_deviation")
         middle = hand[(hand[:, 2] > -0.9 * palm) & (hand[:, 2] < -0.3 * palm)]
         palm_y = inward * np.quantile(inward * middle[:, 1], 0.97)
+        knuckles = hand[(hand[:, 2] > -1.05 * palm) & (hand[:, 2] < -0.75 * palm)]
+        grip_y = inward * np.quantile(inward * knuckles[:, 1], 0.9)
         tips = local(skin(side, _HAND[2:3]), f"{side}_fingertips_flexion")
         end = tips[tips[:, 2] < tips[:, 2].min() + 0.012].mean(axis=0)
         feet = local(skin(side, _FOOT), f"{side}_ankle_inversion")
         sides[side] = Side(
             palm=np.array([np.median(middle[:, 0]), palm_y, -0.6 * palm]),
+            grip=np.array([np.median(knuckles[:, 0]), grip_y, -0.88 * palm]),
             palm_normal=np.array([0.0, inward, 0.0]),
             fingertip=end,
             sole=np.array([0.35 * foot, 0.0, feet[:, 2].min()]),
             hand=skin(side, _HAND),
             palm_skin=skin(side, _HAND[:1]),
             finger_skin=skin(side, _HAND[1:3]),
+            thumb_skin=skin(side, _HAND[3:]),
             forearm=skin(side, _FOREARM),
             foot=skin(side, _FOOT),
         )

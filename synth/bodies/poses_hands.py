@@ -202,10 +202,6 @@ def rest_on_surface(
     return -SINK <= low <= GAP
 
 
-# Bends of knuckles and finger middles, from the tightest fist to an open hand [degrees].
-_FIST = ((85, 95), (80, 80), (75, 65), (65, 60), (55, 55), (45, 45), (35, 35), (20, 30), (0, 20))
-
-
 def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> bool:
     """Closes a fist around a bar along y.
 
@@ -218,15 +214,13 @@ def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> 
     Returns:
         Whether the skin touches the bar within `GAP`.
     """
-    marks = draft.marks
-    own = marks.side[side]
+    own = draft.marks.side[side]
     radius = 0.5 * target.diameter
-    reach = np.array([0.0, 0.0, -0.1 * marks.palm])
     off = radius
     towards = (np.cos(np.radians(palm_pitch)), 0.0, -np.sin(np.radians(palm_pitch)))
     across = Goal("wrist_deviation", (1, 0, 0), (0.0, -SIGN[side], 0.0), 0.12, is_point=False)
     for _ in range(3):
-        local = own.palm + reach + off * own.palm_normal
+        local = own.grip + off * own.palm_normal
         solution = place_hand(
             draft, side, target.position, towards, None, local, extra=(across,), palm_weight=0.03
         )
@@ -238,14 +232,19 @@ def grip_bar(draft: Draft, side: str, target: HandTarget, palm_pitch: float) -> 
         if abs(short) < 0.2 * GAP:
             break
         off += short
-    for knuckles, tips in _FIST:
-        draft.set(f"{side}_", fingers_flexion=knuckles, fingertips_flexion=tips)
-        if _distance_to_bar(draft, own.finger_skin, target) > radius - SINK:
-            break
-    for thumb in (40, 20, 0, -20):
+    # The fingers close until they touch: first the knuckles, then the middle joints.
+    draft.set(f"{side}_", fingers_flexion=0, fingertips_flexion=20)
+    for hinge, start, end in (("fingers_flexion", 10, 85), ("fingertips_flexion", 25, 100)):
+        for bend in range(start, end, 10):
+            draft.set(f"{side}_", **{hinge: bend})
+            if _distance_to_bar(draft, own.finger_skin, target) < radius - 0.5 * SINK:
+                draft.set(f"{side}_", **{hinge: bend - 10})
+                break
+    room = {}
+    for thumb in (60, 40, 20, 0, -20):
         draft.set(f"{side}_", thumb_flexion=thumb)
-        if _distance_to_bar(draft, own.hand, target) > radius - SINK:
-            break
+        room[thumb] = _distance_to_bar(draft, own.thumb_skin, target)
+    draft.set(f"{side}_", thumb_flexion=max(room, key=lambda thumb: min(room[thumb], radius)))
     return abs(distance - radius) < GAP
 
 

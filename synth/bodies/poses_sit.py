@@ -91,17 +91,17 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     spreads = {side: apart + wild * float(rng.normal(0, 2.5)) for side in "lr"}
     for side in "lr":
         draft.set(f"{side}_", hip_flexion=90 + pelvis, hip_abduction=spreads[side], knee_flexion=85)
-    for _ in range(3):
+    for _ in range(2):
         lower_onto_seat(draft, seat_height)
         for side in "lr":
-            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
+            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1)
     for more in (4.0, 6.0, 8.0, 10.0):
         if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
             break
         # Thick thighs sit further apart.
         for side in "lr":
             spreads[side] += more
-            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side])
+            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1)
     crossing = _cross_legs(draft, rng) if family == "sitting_legs_crossed" else None
     lower_onto_seat(draft, seat_height)
     for side in "lr":
@@ -111,7 +111,9 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     lower_onto_seat(draft, seat_height)
 
 
-def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_yaw: float) -> None:
+def _put_foot_down(
+    draft: Draft, side: str, spread: float, forward: float, toe_yaw: float, n_steps: int = 4
+) -> None:
     """Solves one leg: thigh about level, foot flat on the floor in front of or behind the knee, or hanging."""
     marks = draft.marks
     hip = draft.point(f"{side}_hip_flexion")
@@ -124,7 +126,8 @@ def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_y
     reach = np.sign(forward or 1.0) * max(abs(forward), 0.75 * slant)
     reach = float(np.clip(reach, -0.35 * marks.shank, 0.75 * marks.shank))
     low = 0.0
-    for _ in range(4):
+    off = 0.0
+    for _ in range(n_steps):
         target = (knee[0] + reach - 0.02, knee[1] + 0.1 * reach * np.sin(azimuth), -low)
         toes = (np.cos(np.radians(toe_yaw)), np.sin(np.radians(toe_yaw)), 0.0)
         goals = [
@@ -138,7 +141,7 @@ def _put_foot_down(draft: Draft, side: str, spread: float, forward: float, toe_y
         if abs(off) < 0.001:
             break
         low += off
-    if off > 0.006:
+    if n_steps > 1 and off > 0.006:
         _hang_foot(draft, side, forward)
 
 
