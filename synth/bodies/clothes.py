@@ -10,7 +10,7 @@ from synth.bodies.segments import LAYOUT, SEGMENT_IDX, Axes, angles_of, stations
 from synth.bodies.shape import BodySpec
 
 Array = NDArray[np.float64]
-FOLD_DEPTH = 0.30
+FOLD_DEPTH = 0.25
 """Folds' standard deviation over the cloth's distance from the skin."""
 SLEEVE_END: dict[str, float] = {"tight": 1.93, "shirt": 0.62, "long_shirt": 1.90, "jacket": 1.97}
 """Where sleeves end: 0 at the shoulder, 1 at the elbow, 2 at the wrist."""
@@ -39,7 +39,7 @@ class Folds:
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
 
-    def __call__(self, name: str, along: float = 1.6, around: float = 1.3) -> Array:
+    def __call__(self, name: str, along: float = 2.4, around: float = 1.5) -> Array:
         """(n_stations, n_angles) of mean 0 and deviation `FOLD_DEPTH`, no deeper than 0.9."""
         i = SEGMENT_IDX[name]
         noise = self.rng.standard_normal((LAYOUT.n_stations[i], LAYOUT.n_angles[i]))
