@@ -156,7 +156,8 @@ def _fit(body: Body) -> BodyFit:
             _fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
     girth = float(profiles.radius[SEGMENT_IDX["thorax"]].mean())
     flesh = min(max(girth / USUAL_GIRTH, 0.6), 2.0)
-    return BodyFit(profiles, *_test_points(shares, vertices, T_bind, flesh))
+    cloth = {"arm": body.spec.top_ease, "leg": body.spec.bottom_ease}
+    return BodyFit(profiles, *_test_points(shares, vertices, T_bind, flesh, cloth))
 
 
 def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
@@ -183,7 +184,11 @@ def _fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> Non
 
 
 def _test_points(
-    shares: NDArray[np.float32], vertices: NDArray[np.float64], T_bind: NDArray[np.float64], flesh: float
+    shares: NDArray[np.float32],
+    vertices: NDArray[np.float64],
+    T_bind: NDArray[np.float64],
+    flesh: float,
+    cloth: dict[str, float],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], dict[str, slice]]:
     """Points of all limbs, what each may do, and the range of rows of each limb."""
     dominant = shares.argmax(axis=1)
@@ -203,18 +208,18 @@ def _test_points(
                     own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
                 own = own[_spread(vertices[own], N_POINTS)]
                 points.append(own)
-                allowed.append(np.tile(_allowances(name, side, flesh), (len(own), 1)))
+                allowed.append(np.tile(_allowances(name, side, flesh, cloth[limb]), (len(own), 1)))
             limb_rows[f"{side}_{limb}"] = slice(start, sum(len(own) for own in points))
     return np.concatenate(points).astype(np.int64), np.concatenate(allowed), limb_rows
 
 
-def _allowances(name: str, side: str, flesh: float) -> NDArray[np.float64]:
-    """(n_segments,) depth allowed in each other segment [m], -1 where a pair is not tested."""
+def _allowances(name: str, side: str, flesh: float, cloth: float) -> NDArray[np.float64]:
+    """(n_segments,) depth allowed in each other segment [m], -1 where a pair is not tested; cloth gives way."""
     row = np.full(len(SEGMENTS), -1.0)
     prefix = {"s_": f"{side}_", "o_": "r_" if side == "l" else "l_"}
     for rule, depth in _RULES[name].items():
         segment = prefix.get(rule[:2], rule[:2]) + rule[2:]
-        row[SEGMENT_IDX[segment]] = depth * flesh if depth > HARD else depth
+        row[SEGMENT_IDX[segment]] = cloth + (depth * flesh if depth > HARD else depth)
     return row
 
 

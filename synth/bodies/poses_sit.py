@@ -167,10 +167,10 @@ def _cross_legs(draft: Draft, rng: np.random.Generator) -> str | None:
         Side of the upper leg, or None.
     """
     uncrossed = draft.angles.copy()
-    for _ in range(12):
+    for _ in range(10):
         lead = "l" if rng.random() < 0.5 else "r"
         draft.angles = uncrossed.copy()
-        cross = _cross_knees if rng.random() < 0.65 else _cross_ankle_on_knee
+        cross = _cross_knees if rng.random() < 0.55 else _cross_ankle_on_knee
         cross(draft, lead, rng)
         draft.set(f"{lead}_", toes_extension=0)
         if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
@@ -186,11 +186,11 @@ def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
     carrying = draft.point(f"{other}_knee_flexion")
     lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
     lift *= float(rng.uniform(1.05, 1.4))
-    ahead, inward = float(rng.uniform(0.0, 0.1)), float(rng.uniform(0.01, 0.05))
+    ahead, inward = float(rng.uniform(0.03, 0.12)), float(rng.uniform(0.01, 0.05))
     knee = carrying + np.array([ahead, SIGN[lead] * inward, lift])
     T = draft.links()[LINK_IDX[f"{other}_knee_flexion"]]
     shank = -T[:3, 2] + np.array(
-        [float(rng.uniform(0.4, 1.15)), SIGN[other] * float(rng.uniform(-0.15, 0.12)), 0.0]
+        [float(rng.uniform(0.7, 1.3)), SIGN[other] * float(rng.uniform(-0.15, 0.12)), 0.0]
     )
     goals = [
         Goal("knee_flexion", (0, 0, 0), knee, 1.0),
@@ -209,7 +209,7 @@ def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> N
     lift = (
         _radius(draft, f"{other}_thigh", 0.25)
         + _radius(draft, f"{lead}_shank", 0.15)
-        + float(rng.uniform(0.0, 0.03))
+        + float(rng.uniform(0.01, 0.04))
     )
     below = -marks.thigh * float(rng.uniform(0.78, 0.88))
     target = T[:3, :3] @ np.array([lift, 0.0, below]) + T[:3, 3]
