@@ -7,8 +7,8 @@ from synth.render.presets import MOUNTINGS, camera
 
 SPLITS: tuple[str, ...] = ("train", "val", "test")
 
-DRAWS_PER_BLOCK = 64
-"""Consecutive frames of a split that share a pool of subjects and objects; a shard's length, for the caches."""
+DRAWS_PER_BLOCK = 60
+"""Consecutive frames of a split that share a pool of subjects and objects."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ class SceneConfig:
     clearance: tuple[float, float] = (0.03, 0.05)
     visible_share: tuple[float, float] = (0.15, 1.0)
     is_context_kept: bool = True
-    frames_per_subject: int = 16
-    frames_per_object: int = 16
+    frames_per_subject: int = 20
+    frames_per_object: int = 20
     child_share: float = 0.15
 
     def __post_init__(self) -> None:

@@ -11,6 +11,8 @@ from synth.occluders.model import Occluder
 
 STEP_TOLERANCE = 0.001
 """Advancement ends within this of the wanted gap [m]."""
+BOX_MARGIN = 0.05
+"""Solids reach at most this far over the points that stand for the surface [m]."""
 FAR = 3.0
 """Distances are not looked at beyond this [m]."""
 
@@ -97,6 +99,7 @@ def advance(
         The moved objects, or None if they start too near or pass the points by.
     """
     unit = np.asarray(direction, dtype=np.float64)
+    points = _in_the_way(assembly, unit, points, gap, max_travel)
     travelled = 0.0
     for _ in range(60):
         distance = min(item.gap(points) for item in assembly)
@@ -104,12 +107,22 @@ def advance(
             return None
         if distance <= gap + STEP_TOLERANCE:
             return assembly
-        step = distance - gap
-        travelled += step
+        travelled += distance - gap
         if travelled > max_travel:
             return None
-        assembly = tuple(item.moved(step * unit) for item in assembly)
+        assembly = tuple(item.moved((distance - gap) * unit) for item in assembly)
     return None
+
+
+def _in_the_way(
+    assembly: Assembly, unit: NDArray[np.float64], points: NDArray[np.float64], gap: float, max_travel: float
+) -> NDArray[np.float64]:
+    """The points that lie in the box round the objects' way, grown by the gap; others cannot stop them."""
+    surfaces = np.concatenate([item.world_surface() for item in assembly])
+    low, high = surfaces.min(axis=0) - gap - BOX_MARGIN, surfaces.max(axis=0) + gap + BOX_MARGIN
+    way = max_travel * unit
+    low, high = np.minimum(low, low + way), np.maximum(high, high + way)
+    return points[((points >= low) & (points <= high)).all(axis=1)]
 
 
 def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> bool:

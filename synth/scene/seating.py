@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.bodies.poses import draw_base, seat_depth_of
 from synth.scene.draw import SEAT, Person, SceneDraw
@@ -14,6 +15,8 @@ LOWER_LEGS = frozenset(PART[f"{side}{name}"] for side in "lr" for name in ("w_le
 """Labels that the front of a seat must keep clear of."""
 LEAST_SEAT = 0.05
 """A seat reaches at least this far before the hip joints [m]."""
+LEG_GAP = 0.01
+"""The front of a seat keeps this far from the calves [m]."""
 CONTACT = 0.01
 """Skin and seat touch if they are within this of each other [m]."""
 DESK_CHAIRS: tuple[str, ...] = ("dining_chair", "office_chair", "stool")
@@ -58,9 +61,15 @@ def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedO
     is_above = person.vertices[:, 2] > centre[2] + 0.08
     is_trunk = np.isin(person.subject.vertex_part, list(SEAT)) & is_above
     is_leg = np.isin(person.subject.vertex_part, list(LOWER_LEGS))
-    obstacles = person.vertices[is_trunk | is_leg]
-    met = advance((start,), (1.0, 0.0, 0.0), obstacles, draw.gap(), max_travel=travel)
-    placed = met[0] if met is not None else start.moved((travel, 0.0, 0.0))
-    if placed.gap(obstacles) < 0.0:
-        return None
-    return placed if -CONTACT < placed.gap(person.points_of(SEAT)) < CONTACT else None
+    trunk, legs = person.vertices[is_trunk], person.vertices[is_leg]
+    way = min(_way(start, trunk, draw.gap(), travel), _way(start, legs, LEG_GAP, travel))
+    placed = start.moved((way, 0.0, 0.0))
+    return placed if way >= 0.0 and abs(placed.gap(person.points_of(SEAT))) < CONTACT else None
+
+
+def _way(seat: PlacedObject, points: NDArray[np.float64], gap: float, longest: float) -> float:
+    """How far a seat may be pushed forward to a gap to points, at most the longest way; -1 if too near [m]."""
+    if seat.gap(points, gap) < gap:
+        return -1.0
+    met = advance((seat,), (1.0, 0.0, 0.0), points, gap, max_travel=longest)
+    return longest if met is None else float(met[0].T_world_object[0, 3] - seat.T_world_object[0, 3])
