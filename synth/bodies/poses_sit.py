@@ -32,26 +32,31 @@ class Seat:
     look: float = 5.0
 
 
+# Ranges of the fields of `Seat` in degrees: pelvis, lumbar, thorax, aside (either side), look. One row is drawn.
+_SEATS: dict[str, tuple[tuple[tuple[float, float], ...], ...]] = {
+    "sitting_slouching": (((-38, -24), (14, 30), (8, 20), (0, 0), (0, 25)),),
+    "sitting_leaning": (
+        ((5, 20), (12, 28), (6, 18), (0, 0), (0, 30)),
+        ((-30, -20), (0, 8), (-4, 5), (0, 0), (-5, 10)),
+        ((-18, -6), (4, 12), (0, 10), (10, 24), (0, 15)),
+    ),
+    "table_elbows": (((0, 14), (14, 28), (8, 22), (0, 0), (-5, 15)),),
+    "table_writing": (((-6, 8), (8, 20), (6, 18), (0, 0), (15, 40)),),
+    "table_eating": (((-6, 8), (8, 20), (6, 18), (0, 0), (15, 40)),),
+    "table_hands": (((-14, 0), (4, 15), (3, 14), (0, 0), (5, 28)),),
+    "table_drinking": (((-14, 0), (4, 15), (3, 14), (0, 0), (0, 20)),),
+    "typing_table": (((-14, 0), (4, 15), (3, 14), (0, 0), (8, 28)),),
+    "typing_lap": (((-18, -4), (6, 18), (4, 16), (0, 0), (15, 35)),),
+}
+_UPRIGHT = (((-20.0, -6.0), (4.0, 14.0), (0.0, 10.0), (0.0, 0.0), (0.0, 10.0)),)
+
+
 def draw_seat(family: str, rng: np.random.Generator) -> Seat:
     """How a person of a family holds the trunk."""
-    u = rng.uniform
-    if family == "sitting_slouching":
-        return Seat(float(u(-38, -24)), float(u(14, 30)), float(u(8, 20)), look=float(u(0, 25)))
-    if family == "sitting_leaning":
-        kind = rng.choice(3)
-        if kind == 0:
-            return Seat(float(u(5, 20)), float(u(12, 28)), float(u(6, 18)), look=float(u(0, 30)))
-        if kind == 1:
-            return Seat(float(u(-30, -20)), float(u(0, 8)), float(u(-4, 5)), look=float(u(-5, 10)))
-        aside = float(rng.choice([-1.0, 1.0]) * u(10, 24))
-        return Seat(float(u(-18, -6)), float(u(4, 12)), float(u(0, 10)), aside, float(u(0, 15)))
-    if family == "table_elbows":
-        return Seat(float(u(0, 14)), float(u(14, 28)), float(u(8, 22)), look=float(u(-5, 15)))
-    if family in ("table_writing", "table_eating"):
-        return Seat(float(u(-6, 8)), float(u(8, 20)), float(u(6, 18)), look=float(u(15, 40)))
-    if family.startswith(("table", "typing")):
-        return Seat(float(u(-14, 0)), float(u(4, 15)), float(u(3, 14)), look=float(u(5, 28)))
-    return Seat(float(u(-20, -6)), float(u(4, 14)), float(u(0, 10)))
+    rows = _SEATS.get(family, _UPRIGHT)
+    low, high = np.array(rows[int(rng.integers(len(rows)))]).T
+    pelvis, lumbar, thorax, aside, look = (float(value) for value in rng.uniform(low, high))
+    return Seat(pelvis, lumbar, thorax, aside if rng.random() < 0.5 else -aside, look)
 
 
 def sit(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat_height: float) -> None:

@@ -63,7 +63,10 @@ def targets_for(family: str, person: Body, base: Pose) -> HandTargets | None:
         height = float(base.T_world_root[2, 3]) + 0.115 * stature
         near = trunk[(np.abs(trunk[:, 2] - height) < 0.05) & (np.abs(trunk[:, 1]) < 0.15)]
         x = float(near[:, 0].max()) + 0.04
-    keys = [HandTarget((x + 0.12 * marks.thigh, y, height), "keyboard") for y in (0.07, -0.07)]
+    keys = [
+        HandTarget((x + (0.17 if context == "laptop_table" else 0.05), y, height), "keyboard")
+        for y in (0.07, -0.07)
+    ]
     is_table = context == "table"
     return HandTargets(height, (x, x + 0.7, -0.6, 0.6), *((None, None) if is_table else keys))
 
