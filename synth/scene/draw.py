@@ -101,9 +101,9 @@ class SceneDraw:
     frame_idx: int
     rng: np.random.Generator = field(repr=False)
 
-    def subject(self) -> Subject:
-        """Draws the person."""
-        return self.pools.draw_subject(self.split, self.frame_idx, self.rng)
+    def subject(self, is_seated: bool) -> Subject:
+        """Draws the person, who sits or stands."""
+        return self.pools.draw_subject(self.split, self.frame_idx, self.rng, is_seated)
 
     def place(
         self, class_name: str, T_world_object: NDArray[np.float64], kinds: tuple[str, ...] = ()

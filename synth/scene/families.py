@@ -37,8 +37,8 @@ def draw_pose_family(draw: SceneDraw, posture: str, context: str) -> str:
 
 def unhidden(draw: SceneDraw) -> Scene | None:
     """A standing person, or one on a seat, with nothing before them."""
-    subject = draw.subject()
     is_seated = draw.rng.random() < SEATED_ALONE_SHARE
+    subject = draw.subject(is_seated)
     pose_family = draw_pose_family(draw, "sitting" if is_seated else "standing", "none")
     based = _based(draw, subject, pose_family, ())
     if based is None:
@@ -52,8 +52,8 @@ def unhidden(draw: SceneDraw) -> Scene | None:
 
 def table(draw: SceneDraw) -> Scene | None:
     """Sitting at a table with the hands on it, or standing before one."""
-    subject = draw.subject()
     is_standing = draw.rng.random() < STANDING_AT_TABLE_SHARE
+    subject = draw.subject(not is_standing)
     posture, context = ("standing", "none") if is_standing else ("sitting", "table")
     pose_family = draw_pose_family(draw, posture, context)
     based = _based(draw, subject, pose_family, DESK_CHAIRS)
@@ -80,7 +80,7 @@ def table(draw: SceneDraw) -> Scene | None:
 
 def laptop_table(draw: SceneDraw) -> Scene | None:
     """Typing on a laptop that stands on a table."""
-    subject = draw.subject()
+    subject = draw.subject(is_seated=True)
     pose_family = draw_pose_family(draw, "sitting", "laptop_table")
     based = _based(draw, subject, pose_family, DESK_CHAIRS)
     pushed = None if based is None else push_table_up(draw, based[0])
@@ -99,7 +99,7 @@ def laptop_table(draw: SceneDraw) -> Scene | None:
 
 def laptop_lap(draw: SceneDraw) -> Scene | None:
     """Typing on a laptop that stands on the thighs."""
-    subject = draw.subject()
+    subject = draw.subject(is_seated=True)
     pose_family = draw_pose_family(draw, "sitting", "laptop_lap")
     based = _based(draw, subject, pose_family, ())
     laptop = None if based is None else lower_on_lap(draw, based[0])
@@ -112,7 +112,7 @@ def laptop_lap(draw: SceneDraw) -> Scene | None:
 
 def stroller(draw: SceneDraw) -> Scene | None:
     """Pushing a stroller with one or both hands."""
-    subject = draw.subject()
+    subject = draw.subject(is_seated=False)
     pose_family = draw_pose_family(draw, "standing", "stroller")
     based = _based(draw, subject, pose_family, ())
     if based is None:

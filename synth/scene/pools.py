@@ -2,14 +2,14 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body
-from synth.bodies.shape import sample_body
+from synth.bodies.shape import BodySpec, sample_body
 from synth.bodies.skin import make_body
 from synth.geometry import surface_points
 from synth.occluders import registry
@@ -25,6 +25,8 @@ _MAX_SUBJECTS, _MAX_OBJECTS = 24, 256
 """How many the caches keep; a pool has at most 64 subjects, and as many objects of a class."""
 
 
+SKIRTS = ("skirt", "long_skirt")
+"""Bottoms that are not sat in."""
 SURFACE_SPACING = 0.05
 """Distance between the points that stand for an object's surface [m]."""
 
@@ -73,13 +75,16 @@ class Pools:
     def __init__(self, config: SceneConfig, seed: int) -> None:
         self._config = config
         self._seed = seed
-        self._subjects: OrderedDict[tuple[str, int], Subject] = OrderedDict()
+        self._subjects: OrderedDict[tuple[str, int, str], Subject] = OrderedDict()
         self._objects: OrderedDict[tuple[str, str, int], PooledObject] = OrderedDict()
 
-    def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator) -> Subject:
-        """One of the subjects of the frame's block."""
+    def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator, is_seated: bool) -> Subject:
+        """One of the subjects of the frame's block, dressed for a seat if they sit."""
         number = _draw_number(frame_idx, self._config.frames_per_subject, rng)
-        return _cached(self._subjects, (split, number), _MAX_SUBJECTS, lambda: self._make_subject(split, number))
+        spec = self._subject_spec(split, number)
+        spec = dressed_to_sit(spec) if is_seated else spec
+        key = (split, number, spec.bottom)
+        return _cached(self._subjects, key, _MAX_SUBJECTS, lambda: _make_subject(spec, split, number))
 
     def draw_object(
         self, class_name: str, split: str, frame_idx: int, rng: np.random.Generator, kinds: tuple[str, ...] = ()
@@ -96,13 +101,9 @@ class Pools:
             self._objects, key, _MAX_OBJECTS, lambda: self._make_object(class_name, kind, split, number)
         )
 
-    def _make_subject(self, split: str, number: int) -> Subject:
-        rng = np.random.default_rng([self._seed, _SUBJECT_STREAM, SPLITS.index(split), number])
-        spec = sample_body(rng, child_share=self._config.child_share)
-        body = make_body(spec)
-        vertex_part = np.zeros(len(body.mesh.vertices), dtype=np.uint8)
-        vertex_part[body.mesh.faces.ravel()] = np.repeat(body.mesh.face_label, 3)
-        return Subject(f"subject/{split}/{number:05d}", body, vertex_part, asdict(spec))
+    def _subject_spec(self, split: str, number: int) -> BodySpec:
+        stream = [self._seed, _SUBJECT_STREAM, SPLITS.index(split), number]
+        return sample_body(np.random.default_rng(stream), child_share=self._config.child_share)
 
     def _make_object(self, class_name: str, kind: str, split: str, number: int) -> PooledObject:
         kind_idx = registry.KINDS[class_name].index(kind)
@@ -113,6 +114,18 @@ class Pools:
         return PooledObject(
             spec_id, registry.to_plain(spec), occluder, surface_points(occluder.mesh, SURFACE_SPACING)
         )
+
+
+def dressed_to_sit(spec: BodySpec) -> BodySpec:
+    """The same person in trousers, if they wear a skirt: a skirt's surface stands, but cannot drape on a lap."""
+    return replace(spec, bottom="trousers", bottom_ease=0.01) if spec.bottom in SKIRTS else spec
+
+
+def _make_subject(spec: BodySpec, split: str, number: int) -> Subject:
+    body = make_body(spec)
+    vertex_part = np.zeros(len(body.mesh.vertices), dtype=np.uint8)
+    vertex_part[body.mesh.faces.ravel()] = np.repeat(body.mesh.face_label, 3)
+    return Subject(f"subject/{split}/{number:05d}", body, vertex_part, spec.plain())
 
 
 def _per_block(frames_each: int) -> int:
