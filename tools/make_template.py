@@ -11,12 +11,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
-from scipy import sparse
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from body_field import segment_distances, union
+from mesh_smoothing import is_closed, largest_piece, mean_value_matrix, relaxed, softened, taubin
 from surface_nets import mirrored, surface_nets, thinned
 from template_rules import Landmarks, Membership, labels_of, smoothstep, unit, weights_of
 
@@ -86,7 +85,7 @@ def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.flo
     low = np.array(
         [body.points[:, 0].min() - (0.24 if body.has_skirt else 0.12), -0.5 * step, body.point("ankle")[2] - 0.11]
     )
-    high = body.points.max(axis=0) + (0.16, 0.06, 0.17)
+    high = body.points.max(axis=0) + np.array([0.16, 0.06, 0.17])
     shape = np.ceil((high - low) / step).astype(int)
     field = np.empty(shape, dtype=np.float32)
     y, z = low[1] + step * np.arange(shape[1]), low[2] + step * np.arange(shape[2])
@@ -103,55 +102,6 @@ def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.flo
     fine = vertices, faces
     vertices, faces = thinned(vertices, faces, n_faces)
     return relaxed(vertices, faces, fine, 4), faces
-
-
-def neighbours(n: int, faces: NDArray[np.int64]) -> sparse.csr_matrix:
-    """(n, n) row-normalised adjacency."""
-    e = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    a = sparse.coo_matrix((np.ones(2 * len(e)), (np.r_[e[:, 0], e[:, 1]], np.r_[e[:, 1], e[:, 0]])), shape=(n, n))
-    a = (a.tocsr() > 0).astype(float)
-    return sparse.diags(1.0 / np.maximum(np.asarray(a.sum(axis=1)).ravel(), 1)) @ a
-
-
-def largest_piece(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Drops specks that hang free of the body."""
-    n_pieces, piece = sparse.csgraph.connected_components(neighbours(len(vertices), faces))
-    main = np.bincount(piece).argmax()
-    kept = np.flatnonzero(piece == main)
-    index = np.full(len(vertices), -1)
-    index[kept] = np.arange(len(kept))
-    return vertices[kept], index[faces[(piece[faces] == main).all(axis=1)]]
-
-
-def is_closed(faces: NDArray[np.int64]) -> bool:
-    """Whether every edge has two faces."""
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
-
-
-def taubin(vertices: NDArray[np.float64], faces: NDArray[np.int64], n_rounds: int) -> NDArray[np.float64]:
-    """Smooths without shrinking (Taubin 1995); the border stays in its plane."""
-    mean = neighbours(len(vertices), faces)
-    in_plane = np.abs(vertices[:, 1]) < 1e-6
-    for _ in range(n_rounds):
-        for factor in (0.5, -0.53):
-            vertices = vertices + factor * (mean @ vertices - vertices)
-            vertices[in_plane, 1] = 0.0
-    return vertices
-
-
-def softened(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64], share: NDArray[np.float64], n_rounds: int
-) -> NDArray[np.float64]:
-    """Levels the seams out where share is 1; the border stays in its plane."""
-    mean = neighbours(len(vertices), faces)
-    in_plane = np.abs(vertices[:, 1]) < 1e-6
-    for _ in range(n_rounds):
-        vertices = vertices + 0.5 * share[:, None] * (mean @ vertices - vertices)
-        vertices[in_plane, 1] = 0.0
-    return vertices
 
 
 def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
@@ -180,23 +130,6 @@ def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np
     }
 
 
-def mean_value_matrix(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> sparse.csr_matrix:
-    """(n, n) averages over neighbours with mean value weights (Floater 2003), which keep linear fields as they are."""
-    n = len(vertices)
-    total = sparse.csr_matrix((n, n))
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        v, j, k = faces[:, a], faces[:, b], faces[:, c]
-        u, w = vertices[j] - vertices[v], vertices[k] - vertices[v]
-        ru, rw = np.linalg.norm(u, axis=1), np.linalg.norm(w, axis=1)
-        cosine = np.clip((u * w).sum(axis=1) / np.maximum(ru * rw, 1e-12), -0.98, 1.0)
-        half_tan = np.tan(0.5 * np.arccos(cosine))
-        for to, r in ((j, ru), (k, rw)):
-            total = total + sparse.coo_matrix((half_tan / np.maximum(r, 1e-4), (v, to)), shape=(n, n)).tocsr()
-    sums = np.asarray(total.sum(axis=1)).ravel()
-    alone = sparse.diags((sums == 0).astype(float))
-    return (sparse.diags(1.0 / np.where(sums > 0, sums, 1.0)) @ total + alone).tocsr()
-
-
 def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
     """Neighbours of each vertex and their mean value weights as arrays."""
     total = mean_value_matrix(vertices, faces)
@@ -205,28 +138,6 @@ def ring_weights(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dic
         "ring": total.indices.astype(np.int32),
         "ring_weight": total.data.astype(np.float32),
     }
-
-
-def relaxed(
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int64],
-    fine: tuple[NDArray[np.float64], NDArray[np.int64]],
-    n_rounds: int,
-) -> NDArray[np.float64]:
-    """Moves vertices along the fine surface toward their neighbours' centre, for rounder triangles."""
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor(fine[0].astype(np.float32)), o3d.core.Tensor(fine[1].astype(np.uint32)))
-    edges, counts = np.unique(
-        np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0, return_counts=True
-    )
-    free = np.ones(len(vertices), dtype=bool)
-    free[edges[counts == 1].ravel()] = False
-    mean = neighbours(len(vertices), faces)
-    for _ in range(n_rounds):
-        moved = vertices + 0.35 * (mean @ vertices - vertices)
-        onto = scene.compute_closest_points(o3d.core.Tensor(moved.astype(np.float32)))["points"].numpy()
-        vertices = np.where(free[:, None], onto, vertices)
-    return vertices
 
 
 def membership(body: MeanBody, p: NDArray[np.float64]) -> Membership:

@@ -35,13 +35,14 @@ from synth.bodies.segments import (
 OUT = Path(__file__).resolve().parents[1] / "synth" / "bodies" / "data" / "profiles.npz"
 REACH = {
     "neck": 0.050, "clavicle": 0.055, "upper_arm": 0.052, "forearm": 0.045, "palm": 0.034, "thumb": 0.014,
-    "index": 0.0085, "middle": 0.0085, "ring": 0.0085, "little": 0.0085, "thigh": 0.12, "shank": 0.07, "foot": 0.040,
+    "index": 0.0085, "middle": 0.0085, "ring": 0.0085, "little": 0.0085, "thigh": 0.12, "shank": 0.07,
+    "foot": 0.040,
 }  # fmt: skip
 """Longest radius over stature; where a ray runs on into another segment it is cut there."""
 
 
 def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
-    """v over its length."""
+    """The vector over its length."""
     return v / np.linalg.norm(v)
 
 
@@ -52,7 +53,8 @@ def points_of(body: ReferenceBody) -> NDArray[np.float64]:
     # The joint cube lies wider than hip joint centres do (Leardini et al. 1999: 17 cm apart in adults).
     at = {"hip": hip, "knee": j["l-knee"], "ankle": j["l-ankle"]}
     heights = {
-        "low": crotch_height(body, hip) + 0.006 * s, "hip": hip[2], "lumbar": j["spine-4"][2], "thorax": j["spine-2"][2],
+        "low": crotch_height(body, hip) + 0.006 * s, "hip": hip[2], "lumbar": j["spine-4"][2],
+        "thorax": j["spine-2"][2],
         "shoulder": j["l-shoulder"][2], "top": j["neck"][2] + 0.01 * s,
     }  # fmt: skip
     at |= {f"trunk_{name}": np.array([hip[0], 0.0, z]) for name, z in heights.items()}
@@ -146,7 +148,7 @@ def cut_planes(name: str, p: dict[str, NDArray[np.float64]], s: float) -> list[t
 def inward_hits(
     scene: o3d.t.geometry.RaycastingScene, o: NDArray, d: NDArray, far: NDArray
 ) -> NDArray[np.float64]:
-    """Radius at which rays from `far` toward the axis meet the skin; far itself if they start inside, 0 if never."""
+    """Radius at which rays from `far` toward the axis meet the skin; far if they start inside, 0 if never."""
     rays = np.concatenate([o + far[..., None] * d, -d], axis=-1)
     answer = scene.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))
     t = answer["t_hit"].numpy()

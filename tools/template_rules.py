@@ -22,7 +22,7 @@ def smoothstep(x: Array, low: float, high: float) -> Array:
 
 
 def unit(v: Array) -> Array:
-    """v over its length."""
+    """The vector over its length."""
     return v / np.linalg.norm(v)
 
 
@@ -56,6 +56,7 @@ class Landmarks:
         self.stature = stature
 
     def __call__(self, name: str) -> Array:
+        """(3,) a link's origin."""
         return self.T[LINK_IDX[name], :3, 3]
 
     def crossing(self, p: Array, name: str, normal: Array, half_width: float, shift: float = 0.0) -> Array:
@@ -81,7 +82,7 @@ def weights_of(p: Array, mark: Landmarks, member: Membership) -> dict[str, Array
     upper, fore = unit(elbow - shoulder), unit(wrist - elbow)
     hand, thigh, shank = unit(knuckle - wrist), unit(knee - hip), unit(ankle - knee)
 
-    arm = member.arm * mark.crossing(p, "l_shoulder_flexion", unit(upper + (0, 0.7, 0.1)), 0.048)
+    arm = member.arm * mark.crossing(p, "l_shoulder_flexion", unit(upper + np.array([0.0, 0.7, 0.1])), 0.048)
     past_elbow = mark.crossing(p, "l_elbow_flexion", upper + fore, 0.024)
     past_wrist = mark.crossing(p, "l_wrist_flexion", fore + hand, 0.018)
     past_knuckle = mark.crossing(p, "l_fingers_flexion", hand, 0.008) * (1.0 - member.thumb)
@@ -160,7 +161,7 @@ def labels_of(p: Array, mark: Landmarks, member: Membership, weights: dict[str, 
 
     neck_share = weights["neck_rotation"] + weights["head_rotation"]
     out[neck_share > 0.35] = PART["neck"]
-    centre = mark("head_flexion") + (0.0, 0.0, 0.045 * s)
+    centre = mark("head_flexion") + np.array([0.0, 0.0, 0.045 * s])
     is_head = member.head > 0.5
     out[is_head] = np.where(p[is_head, 2] > centre[2], PART["lu_head"], PART["lw_head"])
 

@@ -67,7 +67,11 @@ def dressed_table(figure: Figure, spec: BodySpec) -> NDArray[np.float32]:
         put_on_top(table, figure.axes, spec, folds)
     cover_head(table, spec, figure.table)
     out = table.astype(np.float32)
+    table_view(out, "trunk")[:] = table_view(
+        figure.table, "trunk"
+    )  # a skirt hangs from the hips, not from the top
     skirt_table(out, figure.axes, max(spec.bottom_ease, 0.004), spec.skirt_flare)
+    table_view(out, "trunk")[:] = table_view(table, "trunk")
     if spec.bottom in ("skirt", "long_skirt"):
         pleats = folds("skirt", along=5.0, around=0.9)
         depth = np.linspace(1.0, 0.0, len(pleats))[:, None]
@@ -84,12 +88,12 @@ def put_on_top(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
     cover = step_up(place, *((0.7, 1.3) if tucked else (0.25, 0.45))) * step_up(-place, -4.9, -4.4)
     cloth = trunk + ease * (1.0 + folds("trunk")) * cover
     if ease > 0.005:
-        fall = 0.35 if spec.top == "jacket" else 0.6
+        fall = 0.12 if spec.top == "jacket" else 0.28
         height = axis_points(axes, "trunk")[:, 2]
         for s in range(36, -1, -1):
-            cloth[s] = np.maximum(cloth[s], cloth[s + 1] - fall * (height[s + 1] - height[s]) * cover[s])
-        closed = ndimage.grey_closing(cloth, size=(1, 7), mode="nearest")
-        cloth = np.where(cover > 0.5, closed, cloth)
+            hung = cloth[s + 1] - fall * (height[s + 1] - height[s])
+            cloth[s] += cover[s] * np.maximum(hung - cloth[s], 0.0)
+        cloth += cover * step_up(-place, -3.7, -2.6) * (bridged(cloth) - cloth)
     trunk[:] = np.maximum(trunk, cloth)
     below = step_up(-stations_of("thigh")[:, None], -1.05, -0.85) * (not tucked)
     table_view(table, "thigh")[:] += 0.8 * ease * below
@@ -104,11 +108,23 @@ def put_on_top(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
         table_view(table, name)[:] += 0.75 * ease * sleeve * (1.0 + folds(name))
 
 
+def bridged(cloth: Array) -> Array:
+    """Cloth that spans the hollows of the front and back instead of following them."""
+    whole = np.concatenate([cloth[:, :0:-1], cloth[:, :-1]], axis=1)  # the full turn, the front in its middle
+    closed = ndimage.grey_closing(whole, size=(1, 13), mode="wrap")
+    soft = ndimage.gaussian_filter1d(closed, 1.5, axis=1, mode="wrap")
+    half = soft[:, cloth.shape[1] - 1 :]
+    return np.maximum(cloth, np.concatenate([half, soft[:, :1]], axis=1))
+
+
 def put_on_trousers(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
     """Trousers or shorts: tight ones follow the leg, others fall straight from thigh and calf."""
     ease, s = spec.bottom_ease, figure_scale(axes)
     waist = step_up(-stations_of("trunk")[:, None], -2.1, -1.8)
-    table_view(table, "trunk")[:] += 0.6 * ease * waist * (1.0 + folds("trunk"))
+    trunk = table_view(table, "trunk")
+    trunk += 0.6 * ease * waist * (1.0 + folds("trunk"))
+    if ease > 0.004:
+        trunk += waist * (bridged(trunk) - trunk)
     thigh, place = table_view(table, "thigh"), stations_of("thigh")[:, None]
     if spec.bottom == "shorts":
         thigh += ease * (0.5 + step_up(place, 1.2, 1.8)) * step_up(-place, -1.80, -1.76) * (1.0 + folds("thigh"))
@@ -192,6 +208,7 @@ def skirt_table(table: NDArray[np.float32], axes: Axes, ease: float, flare: floa
             row = np.array([np.interp(z, trunk[:, 2], hips[:, j]) for j in range(len(angle))])
             out[i] = np.maximum(row, out[i] if z < leg[0, 2] else 0.0)
     out = np.maximum.accumulate(out[::-1], axis=0)[::-1]  # cloth falls straight from its widest ring
+    out = ndimage.gaussian_filter1d(out, 1.3, axis=0, mode="nearest")
     depth = np.clip((centre[-1, 2] - centre[:, 2]) / (centre[-1, 2] - centre[0, 2]), 0.0, 1.0)[:, None]
     out += ease * np.minimum(depth / 0.15, 1.0) + flare * depth**1.5
     out[-1] -= 0.006

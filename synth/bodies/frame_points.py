@@ -38,7 +38,7 @@ def skeleton_of(measures: NDArray[np.float64]) -> Skeleton:
     """
     values = {name: float(measures[MEASURE_IDX[name]]) for name in LENGTH_NAMES + _FORWARD}
     x, y, z = (float(measures[MEASURE_IDX[f"thumb_0_{c}"]]) for c in "xyz")
-    return make_skeleton(Lengths(**values, thumb=(x, y, z)))  # type: ignore[arg-type]
+    return make_skeleton(Lengths(**values, thumb=(x, y, z)))
 
 
 def bind_points(

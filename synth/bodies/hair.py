@@ -21,7 +21,7 @@ _HAIRLINE = {
 }
 
 
-def step_up(x: Array, low: float, high: float) -> Array:
+def step_up(x: Array, low: float | Array, high: float | Array) -> Array:
     """0 below low, 1 above high, linear between."""
     return np.clip((x - low) / (high - low), 0.0, 1.0)
 

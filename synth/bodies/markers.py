@@ -19,14 +19,11 @@ def _rays(body: Body) -> dict[str, tuple[str, Vector, Vector]]:
     thigh = float(-offsets[DOF_IDX["l_knee_flexion"], 2])
     trunk = float(offsets[DOF_IDX["neck_flexion"], 2])
     hip = float(offsets[DOF_IDX["l_hip_flexion"], 1])
+    elbow = _vector(offsets[DOF_IDX["l_elbow_flexion"]])
     return {
         "l_palm": ("l_wrist_deviation", (0.0, 0.0, -0.6 * palm), (0.0, -1.0, 0.0)),
         "l_fingertip": ("l_fingertips_flexion", (-0.002, -0.012, -0.02), (-0.07, -0.55, -1.0)),
-        "l_elbow": (
-            "l_shoulder_rotation",
-            (0.0, 0.0, float(offsets[DOF_IDX["l_elbow_flexion"], 2])),
-            (-1.0, 0.0, -0.5),
-        ),
+        "l_elbow": ("l_shoulder_rotation", elbow, (-1.0, 0.0, -0.5)),
         "l_forearm": ("l_elbow_flexion", (0.0, 0.0, -0.5 * forearm), (-1.0, 0.0, 0.0)),
         "l_heel": ("l_ankle_inversion", (-0.02, 0.0, 0.0), (0.0, 0.0, -1.0)),
         "l_ball": ("l_ankle_inversion", _vector(offsets[DOF_IDX["l_toes_extension"]]), (0.0, 0.0, -1.0)),
@@ -77,7 +74,7 @@ def markers(body: Body) -> dict[str, tuple[int, NDArray[np.float64]]]:
         body: The person.
 
     Returns:
-        By name ("l_palm", "r_heel", "lower_back", ...) the link index and the (3,) offset in that link's frame [m].
+        By name ("l_palm", "r_heel", "lower_back", ...) the link index and the (3,) offset in its frame [m].
     """
     T = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
     out: dict[str, tuple[int, NDArray[np.float64]]] = {}

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -92,7 +93,7 @@ def age_mix(age: float) -> dict[str, float]:
     Args:
         age: [years]; clipped to the first and last.
     """
-    for (low, a), (high, b) in zip(AGES[:-1], AGES[1:], strict=True):
+    for (low, a), (high, b) in pairwise(AGES):
         if age <= b:
             t = min(max((age - a) / (b - a), 0.0), 1.0)
             return {low: 1.0 - t, high: t}

@@ -6,8 +6,8 @@ Sources:
     about log-normal with medians 28.4 and 28.2.
     Adults, world: NCD-RisC 2016, "A century of trends in adult human height", eLife 5:e13410 (171 and 159 cm);
     NCD-RisC 2017, Lancet 390:2627 (mean body mass index 24.5 and 24.8).
-    Children: Kuczmarski et al. 2002, "2000 CDC growth charts", Vital Health Stat 11(246): medians of stature and body
-    mass index by year of age, rounded; index by Cole's LMS method (X = M (1 + L S z)^(1/L)).
+    Children: Kuczmarski et al. 2002, "2000 CDC growth charts", Vital Health Stat 11(246): medians of stature and
+    body mass index by year of age, rounded; index by Cole's LMS method (X = M (1 + L S z)^(1/L)).
     Proportions: coefficients of variation after ANSUR II (Gordon et al. 2014): crotch height over stature 3.3 %,
     biacromial breadth over stature 4 %, hip breadth over stature 5 %, head circumference 2.7 %.
 """

@@ -261,7 +261,7 @@ def locate(
     station = t * layout.counts[seg, b]
     for k in range(b):
         station += layout.counts[seg, k]
-    beyond = max(max(-t, t - 1.0), 0.0) * np.sqrt(length2)
+    beyond = max(-t, t - 1.0, 0.0) * np.sqrt(length2)
     return station, np.arctan2(v, u), np.sqrt(r2), beyond
 
 

@@ -48,7 +48,7 @@ class BodySpec:
         bottom: What covers the legs, one of `BOTTOMS`.
         top_ease: Distance of the top's cloth from the skin [m].
         bottom_ease: Distance of the bottom's cloth from the skin [m].
-        skirt_length: Where the hem of a "skirt" is, from hip (0) to knee (1); of a "long_skirt", from hip to ankle.
+        skirt_length: Where the hem of a "skirt" is, from hip (0) to knee (1); of a "long_skirt", knee to ankle.
         skirt_flare: How much wider the hem is than the legs ask for [m].
         hair: One of `HAIRS`.
         hair_volume: Thickness of the hair on the skull [m].
@@ -97,7 +97,7 @@ class BodySpec:
         index = self.mass / self.stature**2
         if not 11.0 <= index <= 60.0:
             raise ValueError(
-                f"mass={self.mass} at stature={self.stature} is a body mass index of {index:.1f}, must be in [11, 60]"
+                f"mass={self.mass} at stature={self.stature} is a mass index of {index:.1f}, must be in [11, 60]"
             )
 
     def plain(self) -> dict[str, object]:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from synth.bodies.body import SkinWeights
 from synth.vocabulary import MIRRORED_PART
 
-
 SKIRT_EASE, SKIRT_FLARE = 0.02, 0.06
 """The skirt of the templates: cloth's distance from the skin, and how much wider the hem is [m]."""
 
