@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import open3d as o3d
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, transform_points
@@ -36,31 +37,28 @@ def cast_rays(
     objects: Sequence[RenderObject],
 ) -> Layer:
     """Casts one ray a pixel centre from the near plane on; both sides of all faces are seen."""
-    scene = o3d.t.geometry.RaycastingScene()
     meshes = [] if body is None else [(body, T_camera_world, 0)]
     meshes += [(item.mesh, T_camera_world @ item.T_world_mesh, item.instance) for item in objects]
-    labels, instances = {}, {}
-    for mesh, T, instance in meshes:
-        if not len(mesh.faces):
-            continue
-        vertices = transform_points(T, mesh.vertices).astype(np.float32)
-        geometry = scene.add_triangles(vertices, mesh.faces.astype(np.uint32))
-        labels[geometry] = mesh.face_label if instance == 0 else np.zeros(len(mesh.faces), np.uint8)
-        instances[geometry] = instance
-    v, u = np.mgrid[: camera.height, : camera.width]
-    direction = camera.backproject(np.stack([u, v], axis=-1), np.ones(u.shape))
-    rays = np.concatenate([direction * near, direction], axis=-1).astype(np.float32)
     shape = (camera.height, camera.width)
     layer = Layer(np.zeros(shape), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8))
-    if not labels:
+    meshes = [entry for entry in meshes if len(entry[0].faces)]
+    if not meshes:
         return layer
-    hit = scene.cast_rays(o3d.core.Tensor(rays))
-    distance, geometry_id, face = (hit[key].numpy() for key in ("t_hit", "geometry_ids", "primitive_ids"))
-    for geometry, face_label in labels.items():
-        is_hit = np.isfinite(distance) & (geometry_id == geometry)
-        layer.depth[is_hit] = distance[is_hit] + near
-        layer.part[is_hit] = face_label[face[is_hit]]
-        layer.instance[is_hit] = instances[geometry]
+    first_vertex = np.cumsum([0, *(len(mesh.vertices) for mesh, _, _ in meshes)])
+    vertices = np.concatenate([transform_points(T, mesh.vertices) for mesh, T, _ in meshes])
+    faces = np.concatenate([mesh.faces + start for (mesh, _, _), start in zip(meshes, first_vertex, strict=False)])
+    face_label = np.concatenate([np.where(instance, 0, mesh.face_label) for mesh, _, instance in meshes])
+    face_instance = np.concatenate([np.full(len(mesh.faces), instance) for mesh, _, instance in meshes])
+    soup = trimesh.Trimesh(vertices, faces, process=False, validate=False)
+    v, u = np.mgrid[: camera.height, : camera.width]
+    direction = camera.backproject(np.stack([u, v], axis=-1), np.ones(shape)).reshape(-1, 3)
+    embree = RayMeshIntersector(soup, scale_to_box=False)
+    face, ray, point = embree.intersects_id(
+        near * direction, direction, multiple_hits=False, return_locations=True
+    )
+    layer.depth.reshape(-1)[ray] = point[:, 2]
+    layer.part.reshape(-1)[ray] = face_label[face]
+    layer.instance.reshape(-1)[ray] = face_instance[face]
     return layer
 
 
