@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision_profiles import N_DIRECTIONS, N_HEIGHTS, Profiles, fill_profile, worst_depth
+from synth.bodies.collision_profiles import (
+    N_DIRECTIONS,
+    N_HEIGHTS,
+    Profiles,
+    fill_profile,
+    spread_points,
+    worst_depth,
+)
 from synth.bodies.kinematics import link_transforms
 from synth.bodies.skeleton import LINK_IDX, N_LINKS
 from synth.bodies.skinning import skin_placed
@@ -160,7 +167,7 @@ def _test_points(
                     T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
                     z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
                     own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
-                own = own[_spread(vertices[own], N_POINTS)]
+                own = own[spread_points(vertices[own], N_POINTS)]
                 points.append(own)
                 allowed.append(np.tile(_allowances(name, side, flesh, cloth[limb]), (len(own), 1)))
             limb_rows[f"{side}_{limb}"] = slice(start, sum(len(own) for own in points))
@@ -175,18 +182,6 @@ def _allowances(name: str, side: str, flesh: float, cloth: float) -> NDArray[np.
         segment = prefix.get(rule[:2], rule[:2]) + rule[2:]
         row[SEGMENT_IDX[segment]] = cloth + (depth * flesh if depth > HARD else depth)
     return row
-
-
-def _spread(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
-    """Indices of about n points spread evenly: farthest point sampling from the first."""
-    if len(points) <= n:
-        return np.arange(len(points))
-    chosen = np.zeros(n, dtype=np.int64)
-    nearest = np.full(len(points), np.inf)
-    for k in range(1, n):
-        nearest = np.minimum(nearest, ((points - points[chosen[k - 1]]) ** 2).sum(axis=1))
-        chosen[k] = nearest.argmax()
-    return chosen
 
 
 def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | None = None) -> float:

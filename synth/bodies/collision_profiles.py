@@ -30,27 +30,101 @@ class Profiles(NamedTuple):
     bound: NDArray[np.float64]
 
 
-def fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
-    """Mean radius of the points in each cell of height and direction; empty cells take their neighbours'."""
-    low, high = np.quantile(local[:, 2], [0.005, 0.995])
-    profiles.low[i], profiles.high[i] = low, high
-    step = max(high - low, 1e-6) / (N_HEIGHTS - 1)
-    row = np.clip(np.rint((local[:, 2] - low) / step), 0, N_HEIGHTS - 1).astype(int)
-    for h in range(N_HEIGHTS):
-        slab = local[np.abs(row - h) <= (0 if np.count_nonzero(row == h) >= 6 else 2)]
-        slab = slab if len(slab) >= 6 else local
-        profiles.centre[i, h] = 0.5 * (slab[:, :2].min(axis=0) + slab[:, :2].max(axis=0))
-        offset = slab[:, :2] - profiles.centre[i, h]
-        turn = np.arctan2(offset[:, 1], offset[:, 0]) / (2 * np.pi) * N_DIRECTIONS
-        col = np.rint(turn).astype(int) % N_DIRECTIONS
-        count = np.bincount(col, minlength=N_DIRECTIONS)
-        total = np.bincount(col, weights=np.hypot(offset[:, 0], offset[:, 1]), minlength=N_DIRECTIONS)
-        known = np.flatnonzero(count)
-        profiles.radius[i, h] = np.interp(
-            np.arange(N_DIRECTIONS), known, total[known] / count[known], period=N_DIRECTIONS
-        )
+MIN_CELL_POINTS = 6
+"""A height with fewer points borrows from its neighbours."""
 
+
+def fill_profile(profiles: Profiles, i: int, local: NDArray[np.float64]) -> None:
+    """Fits profile i, in place, to skin points in the segment's frame.
+
+    Args:
+        profiles: The tables.
+        i: Segment.
+        local: (n, 3) points [m].
+    """
+    order = np.sort(local[:, 2])
+    margin = int(0.005 * len(order))
+    low, high = float(order[margin]), float(order[-1 - margin])
+    profiles.low[i], profiles.high[i] = low, high
+    _fill(local, low, high, profiles.centre[i], profiles.radius[i])
     profiles.bound[i] = float((np.hypot(*profiles.centre[i].T) + profiles.radius[i].max(axis=1)).max())
+
+
+@njit(cache=True, nogil=True)
+def _fill(
+    local: NDArray[np.float64],
+    low: float,
+    high: float,
+    centre: NDArray[np.float64],
+    radius: NDArray[np.float64],
+) -> None:
+    """Mean radius of the points in each cell of height and direction; empty cells take their neighbours'."""
+    n_heights, n_directions = radius.shape
+    step = max(high - low, 1e-6) / (n_heights - 1)
+    row = np.empty(local.shape[0], dtype=np.int64)
+    for p in range(local.shape[0]):
+        row[p] = min(max(int(np.rint((local[p, 2] - low) / step)), 0), n_heights - 1)
+    total = np.empty(n_directions)
+    count = np.empty(n_directions, dtype=np.int64)
+    for h in range(n_heights):
+        reach = 0
+        while np.sum(np.abs(row - h) <= reach) < min(MIN_CELL_POINTS, local.shape[0]):
+            reach += 1
+        near = np.abs(row - h) <= reach
+        for k in range(2):
+            least, most = np.inf, -np.inf
+            for p in range(local.shape[0]):
+                if near[p]:
+                    least = min(least, local[p, k])
+                    most = max(most, local[p, k])
+            centre[h, k] = 0.5 * (least + most)
+        total[:] = 0.0
+        count[:] = 0
+        for p in range(local.shape[0]):
+            if near[p]:
+                x = local[p, 0] - centre[h, 0]
+                y = local[p, 1] - centre[h, 1]
+                d = int(np.rint(np.arctan2(y, x) / (2.0 * np.pi) * n_directions)) % n_directions
+                total[d] += np.sqrt(x * x + y * y)
+                count[d] += 1
+        _spread_round(total, count, radius[h])
+
+
+@njit(cache=True, nogil=True)
+def _spread_round(total: NDArray[np.float64], count: NDArray[np.int64], out: NDArray[np.float64]) -> None:
+    """Means of the cells of a ring; between known cells linear in the direction."""
+    n = total.shape[0]
+    for d in range(n):
+        before = 0
+        while count[(d - before) % n] == 0:
+            before += 1
+        after = 0
+        while count[(d + after) % n] == 0:
+            after += 1
+        i = (d - before) % n
+        j = (d + after) % n
+        share = before / (before + after) if before + after > 0 else 0.0
+        out[d] = (1.0 - share) * total[i] / count[i] + share * total[j] / count[j]
+
+
+@njit(cache=True, nogil=True)
+def spread_points(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
+    """Indices of at most n points spread evenly: farthest point sampling from the first."""
+    if points.shape[0] <= n:
+        return np.arange(points.shape[0])
+    chosen = np.zeros(n, dtype=np.int64)
+    nearest = np.full(points.shape[0], np.inf)
+    for k in range(1, n):
+        best = -1.0
+        for p in range(points.shape[0]):
+            distance = 0.0
+            for axis in range(3):
+                distance += (points[p, axis] - points[chosen[k - 1], axis]) ** 2
+            nearest[p] = min(nearest[p], distance)
+            if nearest[p] > best:
+                best = nearest[p]
+                chosen[k] = p
+    return chosen
 
 
 @njit(cache=True, nogil=True)
