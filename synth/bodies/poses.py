@@ -28,7 +28,7 @@ from synth.bodies.poses_arms import (
 )
 from synth.bodies.poses_draft import SEAT_DEPTH_SHARE, Draft, landmarks_of
 from synth.bodies.poses_hands import HandTarget, HandTargets
-from synth.bodies.poses_sit import relax_seated_arms, seat_skin, sit
+from synth.bodies.poses_sit import lay_hands_in_lap, relax_seated_arms, seat_skin, sit
 from synth.bodies.poses_stand import hang_arm, stand_bent, stand_leaning_to_push, stand_upright, walk
 from synth.bodies.poses_table import (
     drink,
@@ -120,9 +120,11 @@ def draw_base(
         draft = Draft(body)
         if kind.posture == "sitting":
             sit(draft, rng, wild, kind.name, seat_height)
-            relax_seated_arms(draft, rng, wild)
             if kind.context == "none":
+                relax_seated_arms(draft, rng, wild)
                 _keep_arms_off_a_taken_lap(draft, rng)
+            else:
+                lay_hands_in_lap(draft, rng)
         else:
             _BASES.get(kind.name, stand_upright)(draft, rng, wild)
             for side in "lr":

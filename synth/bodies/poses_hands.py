@@ -99,6 +99,7 @@ def place_hand(
     palm_weight: float = 0.1,
     fingers_weight: float = 0.05,
     elbow_weight: float = 0.06,
+    swivels: bool = True,
 ) -> Solution:
     """Moves a hand so that a point of it, by default the palm, comes to a target.
 
@@ -114,6 +115,7 @@ def place_hand(
         palm_weight: [m/rad].
         fingers_weight: [m/rad].
         elbow_weight: Relative to the target's 1.
+        swivels: Whether the elbow may be turned out of a collision.
     """
     marks = draft.marks.side[side]
     goals = [Goal("wrist_deviation", marks.palm if local is None else local, target, 1.0)]
@@ -126,7 +128,7 @@ def place_hand(
     hint = [] if elbow is None else [Goal("elbow_flexion", (0, 0, 0), elbow, elbow_weight)]
     best = draft.solve(f"{side}_arm", goals + hint, 0.012)
     best = replace(best, point_error=_first_error(draft, goals[0], side))
-    excess = draft.excess_of(side, "arm")
+    excess = draft.excess_of(side, "arm") if swivels else 0.0
     for push in ELBOW_PUSHES if best.point_error < 0.05 else ():
         if excess <= 0.0:
             break

@@ -229,7 +229,12 @@ def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> N
 
 
 def rest_on_thigh(
-    draft: Draft, side: str, rng: np.random.Generator, share: float, spread: tuple[float, float] = (0.1, 0.5)
+    draft: Draft,
+    side: str,
+    rng: np.random.Generator,
+    share: float,
+    spread: tuple[float, float] = (0.1, 0.5),
+    swivels: bool = True,
 ) -> bool:
     """Lays a palm on the own thigh.
 
@@ -239,6 +244,7 @@ def rest_on_thigh(
         rng: Random draws.
         share: Where on the thigh, 0 at the hip, 1 at the knee.
         spread: Range of how far inward the fingers point, as a slope.
+        swivels: Whether the elbow may be turned out of a collision.
 
     Returns:
         Whether the arm reached.
@@ -257,8 +263,17 @@ def rest_on_thigh(
     )
     curl_fingers(draft, side, rng, 8, 10)
     fingers = (1.0, inward, -0.15)
-    solution = place_hand(draft, side, target + 0.012 * normal, -normal, fingers, palm_weight=0.12)
+    solution = place_hand(
+        draft, side, target + 0.012 * normal, -normal, fingers, palm_weight=0.12, swivels=swivels
+    )
     return solution.point_error < 0.015
+
+
+def lay_hands_in_lap(draft: Draft, rng: np.random.Generator) -> None:
+    """Lays the hands on the thighs without looking for a better place, for arms that will be moved."""
+    share = float(rng.uniform(0.5, 0.8))
+    for side in "lr":
+        rest_on_thigh(draft, side, rng, share, swivels=False)
 
 
 def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> None:
