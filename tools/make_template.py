@@ -1,5 +1,6 @@
 """Polygonises the mean body once and writes synth/bodies/data/template*.npz.
 
+    pip install open3d
     python tools/make_template.py
 
 Every subject's skin is this mesh laid over the subject's own axes and radii (`synth.bodies.segments.lay_skin`), so
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from body_field import segment_distances, union
-from mesh_smoothing import is_closed, largest_piece, mean_value_matrix, relaxed, softened, taubin
+from mesh_smoothing import flipped, is_closed, largest_piece, mean_value_matrix, relaxed, softened, taubin
 from surface_nets import mirrored, surface_nets, thinned
 from template_rules import Landmarks, Membership, labels_of, smoothstep, unit, weights_of
 
@@ -101,7 +102,10 @@ def fine_half(body: MeanBody, step: float, n_faces: int) -> tuple[NDArray[np.flo
     vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)
     fine = vertices, faces
     vertices, faces = thinned(vertices, faces, n_faces)
-    return relaxed(vertices, faces, fine, 4), faces
+    for _ in range(3):
+        faces = flipped(vertices, faces, 4)
+        vertices = relaxed(vertices, faces, fine, 2)
+    return vertices, faces
 
 
 def coordinates(body: MeanBody, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> dict[str, NDArray]:
@@ -228,7 +232,7 @@ def make(hem: float | None, step: float, n_faces: int) -> dict[str, NDArray]:
 def main() -> None:
     """Writes the templates."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--step", type=float, default=0.003, help="grid spacing [m]")
+    parser.add_argument("--step", type=float, default=0.0035, help="grid spacing [m]")
     parser.add_argument("--faces", type=int, default=20000, help="triangles of the whole body")
     args = parser.parse_args()
     for name, hem in (("template", None), ("template_skirt", 0.45), ("template_long_skirt", 1.45)):

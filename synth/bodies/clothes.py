@@ -39,7 +39,7 @@ class Folds:
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
 
-    def __call__(self, name: str, along: float = 2.4, around: float = 1.5) -> Array:
+    def __call__(self, name: str, along: float = 3.5, around: float = 1.8) -> Array:
         """(n_stations, n_angles) of mean 0 and deviation `FOLD_DEPTH`, no deeper than 0.9."""
         i = SEGMENT_IDX[name]
         noise = self.rng.standard_normal((LAYOUT.n_stations[i], LAYOUT.n_angles[i]))

@@ -13,9 +13,9 @@ from synth.bodies.skeleton import DOF_IDX, Skeleton
 from synth.bodies.template import SKIRT_EASE, SKIRT_FLARE, Template, mirrored_vertices, template
 from synth.geometry import LabelledMesh
 
-N_BODY_ROUNDS = 12
+N_BODY_ROUNDS = 5
 """How often the body's difference from the mean body is averaged over the skin."""
-N_CLOTH_ROUNDS = 2
+N_CLOTH_ROUNDS = 3
 """The same for the clothes' thickness, whose hems stay steps."""
 _TEMPLATES = {"skirt": "template_skirt", "long_skirt": "template_long_skirt"}
 
