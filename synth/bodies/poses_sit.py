@@ -12,6 +12,9 @@ from synth.bodies.poses_hands import place_hand
 from synth.bodies.poses_stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about
 from synth.bodies.skeleton import LINK_IDX
 
+OUT_OF_REACH = 0.04
+"""Toes do not stretch for a floor that stays farther off than this [m]."""
+
 
 @dataclass(frozen=True)
 class Seat:
@@ -99,31 +102,42 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     for _ in range(2):
         lower_onto_seat(draft, seat_height)
         for side in "lr":
-            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1)
+            _put_foot_down(
+                draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
+            )
     for more in (4.0, 6.0, 8.0, 10.0):
         if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
             break
         # Thick thighs sit further apart.
         for side in "lr":
             spreads[side] += more
-            _put_foot_down(draft, side, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1)
+            _put_foot_down(
+                draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
+            )
     crossing = _cross_legs(draft, rng) if family == "sitting_legs_crossed" else None
     lower_onto_seat(draft, seat_height)
     for side in "lr":
         if side != crossing:
             spread = draft.get(f"{side}_hip_abduction") if crossing else spreads[side]
-            _put_foot_down(draft, side, spread, steps[side] * marks.shank, yaws[side])
+            _put_foot_down(draft, side, seat_height, spread, steps[side] * marks.shank, yaws[side])
     lower_onto_seat(draft, seat_height)
 
 
 def _put_foot_down(
-    draft: Draft, side: str, spread: float, forward: float, toe_yaw: float, n_steps: int = 4
+    draft: Draft, side: str, seat_height: float, spread: float, forward: float, toe_yaw: float, n_steps: int = 4
 ) -> None:
-    """Solves one leg: thigh about level, foot flat on the floor in front of or behind the knee, or hanging."""
+    """Solves one leg: thigh along the seat, foot flat on the floor in front of or behind the knee, or hanging."""
     marks = draft.marks
     hip = draft.point(f"{side}_hip_flexion")
     azimuth = SIGN[side] * np.radians(spread)
     knee = hip + marks.thigh * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    # How far the knee may be below the hip before the thigh rests on the seat's front edge alone.
+    drop = (hip[2] - seat_height - _radius(draft, f"{side}_thigh", 1.0 - SEAT_DEPTH_SHARE)) / SEAT_DEPTH_SHARE
+    drop = float(np.clip(drop, 0.0, 0.2 * marks.thigh))
+    if marks.leg - marks.thigh < hip[2] - drop:
+        draft.solve(f"{side}_leg", [Goal("knee_flexion", (0, 0, 0), knee - (0.0, 0.0, drop), 1.0)], 0.004)
+        if _hang_foot(draft, side, forward):
+            return
     sole = (0.0, 0.0, draft.marks.side[side].sole[2])
     length = marks.leg - marks.thigh
     # A shank that is longer than the knee is high stretches out or tucks in, as far as needed.
@@ -150,14 +164,22 @@ def _put_foot_down(
         _hang_foot(draft, side, forward)
 
 
-def _hang_foot(draft: Draft, side: str, forward: float) -> None:
-    """A leg too short for the floor: level thigh, shank hanging, toes down as far as the floor lets them."""
+def _hang_foot(draft: Draft, side: str, forward: float) -> bool:
+    """A leg too short for a flat foot: shank hanging, toes down to the floor if it is near, else loose.
+
+    Returns:
+        Whether the foot is above the floor.
+    """
     swing = float(np.clip(40 * forward, -15, 15))
     draft.set(f"{side}_", knee_flexion=84 - swing, hip_rotation=0.0, ankle_inversion=4)
-    for ankle in (-18, -8, 2, 12):
+    for ankle in (-40, -29, -18, -8, 2, 12):
         draft.set(f"{side}_", ankle_flexion=ankle)
-        if float(draft.skin(draft.marks.side[side].foot)[:, 2].min()) >= 0.0:
-            break
+        low = float(draft.skin(draft.marks.side[side].foot)[:, 2].min())
+        if low > OUT_OF_REACH:
+            draft.set(f"{side}_", ankle_flexion=-18)
+        if low >= 0.0:
+            return True
+    return False
 
 
 def _radius(draft: Draft, segment: str, height: float) -> float:
