@@ -121,7 +121,7 @@ def _find_landmarks(body: Body) -> Landmarks:
         feet = local(skin(side, _FOOT), f"{side}_ankle_inversion")
         sides[side] = Side(
             palm=np.array([np.median(middle[:, 0]), palm_y, -0.6 * palm]),
-            grip=np.array([np.median(knuckles[:, 0]), grip_y, -0.88 * palm]),
+            grip=np.array([np.median(knuckles[:, 0]), grip_y, -0.95 * palm]),
             palm_normal=np.array([0.0, inward, 0.0]),
             fingertip=end,
             sole=np.array([0.35 * foot, 0.0, feet[:, 2].min()]),
