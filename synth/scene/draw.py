@@ -11,7 +11,7 @@ from synth.bodies.skinning import pose_vertices
 from synth.scene.config import SceneConfig
 from synth.scene.placement import PlacedObject
 from synth.scene.pools import Pools, Subject
-from synth.vocabulary import PART
+from synth.vocabulary import N_PARTS, PART
 
 HANDS = frozenset(PART[f"{side}_{name}"] for side in "lr" for name in ("hand", "wrist"))
 """Labels that touch a keyboard or a handle."""
@@ -50,13 +50,19 @@ class Person:
         """(15, 3) joint centres, world frame [m]."""
         return joint_positions(self.subject.body.skeleton, self.pose)
 
+    def is_of(self, parts: frozenset[int]) -> NDArray[np.bool_]:
+        """(n_vertices,) whether each vertex belongs to one of these parts."""
+        table = np.zeros(N_PARTS + 1, dtype=np.bool_)
+        table[list(parts)] = True
+        return table[self.subject.vertex_part]
+
     def points_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that belong to these parts, world frame [m]."""
-        return self.vertices[np.isin(self.subject.vertex_part, list(parts))]
+        return self.vertices[self.is_of(parts)]
 
     def points_without(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that do not belong to these parts, world frame [m]."""
-        return self.vertices[np.isin(self.subject.vertex_part, list(parts), invert=True)]
+        return self.vertices[~self.is_of(parts)]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from synth.geometry import transform_points
-from synth.occluders.distance import nearest_point, solid_distances
+from synth.occluders.distance import nearest_point, place, solid_distances
 from synth.occluders.model import Occluder
+from synth.occluders.sweep import free_way, joined
 
-STEP_TOLERANCE = 0.001
-"""Advancement ends within this of the wanted gap [m]."""
-BOX_MARGIN = 0.05
-"""Solids reach at most this far over the points that stand for the surface [m]."""
 FAR = 3.0
 """Distances are not looked at beyond this [m]."""
 
@@ -83,10 +80,7 @@ def advance(
     gap: float,
     max_travel: float = 2.0 * FAR,
 ) -> Assembly | None:
-    """Moves objects along a direction until their solids are `gap` away from the points.
-
-    The distance to a moving object changes by at most the step, so a step of (distance - gap) never overshoots
-    (conservative advancement; Mirtich 1996, "Impulse-based dynamic simulation of rigid body systems", 2.3).
+    """Moves objects along a direction until their solids are `gap` away from the points; see `free_way`.
 
     Args:
         assembly: The objects, where they start; farther than `gap` from all points.
@@ -99,30 +93,9 @@ def advance(
         The moved objects, or None if they start too near or pass the points by.
     """
     unit = np.asarray(direction, dtype=np.float64)
-    points = _in_the_way(assembly, unit, points, gap, max_travel)
-    travelled = 0.0
-    for _ in range(60):
-        distance = min(item.gap(points) for item in assembly)
-        if distance < gap - STEP_TOLERANCE:
-            return None
-        if distance <= gap + STEP_TOLERANCE:
-            return assembly
-        travelled += distance - gap
-        if travelled > max_travel:
-            return None
-        assembly = tuple(item.moved((distance - gap) * unit) for item in assembly)
-    return None
-
-
-def _in_the_way(
-    assembly: Assembly, unit: NDArray[np.float64], points: NDArray[np.float64], gap: float, max_travel: float
-) -> NDArray[np.float64]:
-    """The points that lie in the box round the objects' way, grown by the gap; others cannot stop them."""
-    surfaces = np.concatenate([item.world_surface() for item in assembly])
-    low, high = surfaces.min(axis=0) - gap - BOX_MARGIN, surfaces.max(axis=0) + gap + BOX_MARGIN
-    way = max_travel * unit
-    low, high = np.minimum(low, low + way), np.maximum(high, high + way)
-    return points[((points >= low) & (points <= high)).all(axis=1)]
+    placed = joined([place(item.occluder.solids, item.T_world_object) for item in assembly])
+    way = free_way(placed, points, unit, gap, max_travel)
+    return tuple(item.moved(way * unit) for item in assembly) if 0.0 <= way < np.inf else None
 
 
 def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> bool:

@@ -2,17 +2,17 @@
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from synth.bodies.poses import draw_base, seat_depth_of
+from synth.occluders.distance import place
+from synth.occluders.sweep import free_way
 from synth.scene.draw import SEAT, Person, SceneDraw
-from synth.scene.placement import PlacedObject, advance, pose_on_floor
+from synth.scene.placement import PlacedObject, pose_on_floor
 from synth.scene.pools import Subject
 from synth.vocabulary import PART
 
 LOWER_LEGS = frozenset(PART[f"{side}{name}"] for side in "lr" for name in ("w_leg", "_knee", "_ankle", "_foot"))
 """Labels that the front of a seat must keep clear of."""
+FORWARD = (1.0, 0.0, 0.0)
 LEAST_SEAT = 0.05
 """A seat reaches at least this far before the hip joints [m]."""
 LEG_GAP = 0.01
@@ -59,17 +59,13 @@ def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedO
     start = replace(seat, T_world_object=T_world_start, contact_parts=SEAT, is_seat=True)
     travel = seat_depth_of(person.subject.body) - LEAST_SEAT
     is_above = person.vertices[:, 2] > centre[2] + 0.08
-    is_trunk = np.isin(person.subject.vertex_part, list(SEAT)) & is_above
-    is_leg = np.isin(person.subject.vertex_part, list(LOWER_LEGS))
+    is_trunk = person.is_of(SEAT) & is_above
+    is_leg = person.is_of(LOWER_LEGS)
     trunk, legs = person.vertices[is_trunk], person.vertices[is_leg]
-    way = min(_way(start, trunk, draw.gap(), travel), _way(start, legs, LEG_GAP, travel))
+    solids = place(start.occluder.solids, start.T_world_object)
+    ways = (
+        free_way(solids, points, FORWARD, gap, travel) for points, gap in ((trunk, draw.gap()), (legs, LEG_GAP))
+    )
+    way = min(*ways, travel)
     placed = start.moved((way, 0.0, 0.0))
     return placed if way >= 0.0 and abs(placed.gap(person.points_of(SEAT))) < CONTACT else None
-
-
-def _way(seat: PlacedObject, points: NDArray[np.float64], gap: float, longest: float) -> float:
-    """How far a seat may be pushed forward to a gap to points, at most the longest way; -1 if too near [m]."""
-    if seat.gap(points, gap) < gap:
-        return -1.0
-    met = advance((seat,), (1.0, 0.0, 0.0), points, gap, max_travel=longest)
-    return longest if met is None else float(met[0].T_world_object[0, 3] - seat.T_world_object[0, 3])
