@@ -151,7 +151,7 @@ def point_distance(point, placed, bound):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH)
-def bounds(placed, margin):  # type: ignore[no-untyped-def]
+def _bounds(placed, margin):  # type: ignore[no-untyped-def]
     """Corners of the axis-aligned box round all bounding spheres, grown by the margin."""
     low = np.full(3, np.inf)
     high = np.full(3, -np.inf)
@@ -163,17 +163,17 @@ def bounds(placed, margin):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH, inline="always")
-def is_outside(point, low, high):  # type: ignore[no-untyped-def]
+def _is_outside(point, low, high):  # type: ignore[no-untyped-def]
     x, y, z = point[0], point[1], point[2]
     return x < low[0] or x > high[0] or y < low[1] or y > high[1] or z < low[2] or z > high[2]
 
 
 @njit(cache=True, nogil=True, fastmath=FASTMATH)
 def _union_distances(points, placed, max_distance, out):  # type: ignore[no-untyped-def]
-    low, high = bounds(placed, max_distance)
+    low, high = _bounds(placed, max_distance)
     for i in range(len(points)):
         out[i] = max_distance
-        if not is_outside(points[i], low, high):
+        if not _is_outside(points[i], low, high):
             out[i] = point_distance(points[i], placed, max_distance)
 
 
@@ -183,9 +183,9 @@ def _nearest(points, placed, max_distance):  # type: ignore[no-untyped-def]
     best_idx = -1
     # A first look at every 16th point gives a bound that lets the second pass skip most of the others.
     for stride in (16, 1):
-        low, high = bounds(placed, best)
+        low, high = _bounds(placed, best)
         for i in range(0, len(points), stride):
-            if is_outside(points[i], low, high):
+            if _is_outside(points[i], low, high):
                 continue
             distance = point_distance(points[i], placed, best)
             if distance < best:
