@@ -58,4 +58,4 @@ lock:
 		--group build --group dev --all-extras -o requirements-dev.lock pyproject.toml
 
 clean:
-	rm -rf $(VENV) out .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out .numba_cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
