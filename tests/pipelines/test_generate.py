@@ -19,8 +19,7 @@ camera = "custom"
 intrinsics = [160, 120, 142.0, 142.0, 79.5, 59.5]
 
 [scene.scenes]
-stroller = 0
-several = 0
+table = 0.5
 """
 
 
@@ -50,8 +49,8 @@ def test_a_real_corpus_is_sound(real_corpus):
 def test_the_resolved_settings_are_saved(real_corpus):
     scene = real_corpus.header.config["scene"]
     assert scene["camera"] == "custom"
-    assert scene["scenes"]["stroller"] == 0
-    assert scene["scenes"]["table"] == SceneConfig().scenes.table
+    assert scene["scenes"]["table"] == 0.5
+    assert scene["scenes"]["stroller"] == SceneConfig().scenes.stroller
     assert real_corpus.header.config["renderer"] == "numba"
 
 
