@@ -12,6 +12,8 @@ from synth.bodies.poses_hands import place_hand
 from synth.bodies.poses_stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about
 from synth.bodies.skeleton import LINK_IDX
 
+SEAT_GIVES = 0.015
+"""A foot comes down flat if the seat's front edge must give no more than this under the thigh [m]."""
 OUT_OF_REACH = 0.04
 """Toes do not stretch for a floor that stays farther off than this [m]."""
 
@@ -134,7 +136,7 @@ def _put_foot_down(
     # How far the knee may be below the hip before the thigh rests on the seat's front edge alone.
     drop = (hip[2] - seat_height - _radius(draft, f"{side}_thigh", 1.0 - SEAT_DEPTH_SHARE)) / SEAT_DEPTH_SHARE
     drop = float(np.clip(drop, 0.0, 0.2 * marks.thigh))
-    if marks.leg - marks.thigh < hip[2] - drop:
+    if marks.leg - marks.thigh < hip[2] - drop - SEAT_GIVES:
         draft.solve(f"{side}_leg", [Goal("knee_flexion", (0, 0, 0), knee - (0.0, 0.0, drop), 1.0)], 0.004)
         if _hang_foot(draft, side, forward):
             return

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
-from synth.bodies.poses import draw_base, seat_depth_of
+import numpy as np
+
+from synth.bodies.poses import draw_base, seat_depth_of, seat_height_of
 from synth.occluders.distance import place
 from synth.occluders.sweep import free_way
 from synth.scene.draw import SEAT, Person, SceneDraw
@@ -12,6 +14,8 @@ from synth.vocabulary import PART
 
 LOWER_LEGS = frozenset(PART[f"{side}{name}"] for side in "lr" for name in ("w_leg", "_knee", "_ankle", "_foot"))
 """Labels that the front of a seat must keep clear of."""
+SEATS_TO_CHOOSE_FROM = 2
+"""Seats drawn, of which the one that fits the legs best is taken: people do not sit anyhow."""
 FORWARD = (1.0, 0.0, 0.0)
 LEAST_SEAT = 0.05
 """A seat reaches at least this far before the hip joints [m]."""
@@ -37,15 +41,20 @@ def seat_person(
     Returns:
         The person and the seat, or None if they do not fit.
     """
-    seat = draw.place("chair", pose_on_floor(0.0, 0.0, 0.0), kinds)
-    surface = seat.occluder.anchor("seat")
-    height = float(surface.T_object_anchor[2, 3])
+    fitting = seat_height_of(subject.body)
+    drawn = [draw.place("chair", np.eye(4), kinds) for _ in range(SEATS_TO_CHOOSE_FROM)]
+    seat = min(drawn, key=lambda item: abs(_seat_height(item) - fitting))
+    height = _seat_height(seat)
     base = draw_base(pose_family, subject.body, draw.rng, seat_height=height)
     if base is None:
         return None
     person = Person.in_pose(subject, base)
     placed = _slide_under(draw, person, seat)
     return None if placed is None else (person, placed)
+
+
+def _seat_height(seat: PlacedObject) -> float:
+    return float(seat.occluder.anchor("seat").T_object_anchor[2, 3])
 
 
 def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedObject | None:
