@@ -78,7 +78,8 @@ def main() -> None:
     cpu, wall = timed_run(options.frames, options.seed, 1)
     n = options.frames
     print(
-        f"one process: {n / cpu:.1f} frames/s of CPU time ({1000 * cpu / n:.2f} ms a frame), {n / wall:.1f} frames/s by the clock"
+        f"one process: {n / cpu:.1f} frames/s of CPU time ({1000 * cpu / n:.2f} ms a frame), "
+        f"{n / wall:.1f} frames/s by the clock"
     )
     stats = profiled_run(options.frames, options.seed)
     total = stats.total_tt  # type: ignore[attr-defined]
@@ -89,7 +90,8 @@ def main() -> None:
     if not options.no_workers:
         rates = {workers: n / timed_run(n, options.seed, workers)[1] for workers in (1, 2)}
         print(
-            f"workers 1: {rates[1]:.1f} frames/s, 2: {rates[2]:.1f} frames/s, ratio {rates[2] / rates[1]:.2f} (start of the processes included)"
+            f"workers 1: {rates[1]:.1f} frames/s, 2: {rates[2]:.1f} frames/s, ratio {rates[2] / rates[1]:.2f} "
+            "(start of the processes included)"
         )
 
 

@@ -203,7 +203,7 @@ def _two_bone_start(
         for row in range(3):
             p[k] += T[swing, row, k] * (end[row] - T[swing, row, 3])
             t[k] += T[swing, row, k] * (goals.target[0, row] - T[swing, row, 3])
-    scale = np.sqrt((p @ p) / max(t @ t, 1e-12))
+    scale = np.sqrt((p @ p) / max(float(t @ t), 1e-12))
     t *= scale
     across = np.sqrt(p[1] ** 2 + p[2] ** 2)
     about = np.arccos(min(max(t[1] / max(across, 1e-9), -1.0), 1.0))
