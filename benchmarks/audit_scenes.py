@@ -12,8 +12,10 @@ from collections import defaultdict
 
 import igl
 import numpy as np
+from tqdm import tqdm
 
 from synth.bodies.skinning import posed_mesh
+from synth.frame import Frame
 from synth.geometry import LabelledMesh, surface_points
 from synth.occluders import registry
 from synth.scene import FrameSource, SceneConfig
@@ -29,32 +31,60 @@ def signed_distance(mesh: LabelledMesh, points: np.ndarray) -> np.ndarray:
     )[0]
 
 
+def audit(frame: Frame) -> tuple[float, list[float], list[float]]:
+    """Measures one scene.
+
+    Returns:
+        Deepest overlap of skin and objects [m]; smallest gap to each object that nothing may touch, and that
+        stands on the floor; smallest gap to each object that has contacts.
+    """
+    body, pose = person_of(frame)
+    skin = posed_mesh(body, pose)
+    overlap, clear, touched = 0.0, [], []
+    for record in frame.info.objects:
+        mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
+        gap = float(signed_distance(skin, surface_points(mesh, 0.01)).min())
+        if mesh.is_closed:
+            gap = min(gap, float(signed_distance(mesh, skin.vertices).min()))
+        overlap = max(overlap, -gap)
+        if record.contacts:
+            touched.append(gap)
+        elif abs(record.T_world_object[2][3]) < 1e-6:
+            clear.append(gap)
+    return overlap, clear, touched
+
+
 def main() -> None:
     """Runs the audit."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    source = FrameSource(SceneConfig(), options.seed, options.scenes)
-    deepest: dict[str, list[float]] = defaultdict(list)
-    for frame in source:
-        body, pose = person_of(frame)
-        skin = posed_mesh(body, pose)
-        overlap = 0.0
-        for record in frame.info.objects:
-            mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
-            overlap = max(overlap, -float(signed_distance(skin, surface_points(mesh, 0.01)).min()))
-            if mesh.is_closed:
-                overlap = max(overlap, -float(signed_distance(mesh, skin.vertices).min()))
-        deepest[frame.info.scene_family].append(overlap)
-    everything = np.concatenate([np.array(values) for values in deepest.values()])
+    config = SceneConfig()
+    overlaps: dict[str, list[float]] = defaultdict(list)
+    clear, touched = [], []
+    for frame in tqdm(FrameSource(config, options.seed, options.scenes), total=options.scenes, mininterval=2.0):
+        overlap, clear_here, touched_here = audit(frame)
+        overlaps[frame.info.scene_family].append(overlap)
+        clear += clear_here
+        touched += touched_here
+    everything = np.concatenate([np.array(values) for values in overlaps.values()])
+    print("deepest overlap of skin and objects")
     print(f"{'family':14} scenes  over 1 cm   median     95 %      max  [mm]")
-    for name, values in [*sorted(deepest.items()), ("all", everything)]:
+    for name, values in [*sorted(overlaps.items()), ("all", everything)]:
         mm = 1000.0 * np.array(values)
         share = np.mean(mm > 1000.0 * LIMIT)
         print(
             f"{name:14} {len(mm):6} {share:9.1%} {np.median(mm):9.1f} {np.quantile(mm, 0.95):8.1f} {mm.max():8.1f}"
         )
+    print_gaps("objects on the floor that nothing touches", np.array(clear))
+    print_gaps("objects with declared contacts", np.array(touched))
+
+
+def print_gaps(what: str, gaps: np.ndarray) -> None:
+    """Prints quantiles of gaps [m] in mm."""
+    quantiles = ", ".join(f"{1000.0 * value:.1f}" for value in np.quantile(gaps, (0.0, 0.05, 0.5, 0.95, 1.0)))
+    print(f"gap to {len(gaps)} {what}: min, 5 %, median, 95 %, max = {quantiles} mm")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ class ObjectRecord:
         spec: The spec's fields, as plain JSON values, with "kind" naming the generator.
         T_world_object: (4, 4) as nested tuples.
         visible_fraction: Pixels seen in the composite over pixels of the object alone; 0 if it covers none.
+        contacts: Names of the body parts that may touch it; all others keep the clearance.
     """
 
     instance: int
@@ -27,6 +28,7 @@ class ObjectRecord:
     spec: dict[str, object]
     T_world_object: tuple[tuple[float, ...], ...]
     visible_fraction: float
+    contacts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,16 @@ def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
     values = json.loads(line)
     camera = values.pop("camera")
     objects = tuple(
-        ObjectRecord(**{**item, "T_world_object": tuple(tuple(row) for row in item["T_world_object"])})
+        ObjectRecord(
+            **item | {"T_world_object": _rows(item["T_world_object"]), "contacts": tuple(item["contacts"])}
+        )
         for item in values.pop("objects")
     )
     return FrameInfo(seed=seed, objects=objects, **values), camera
+
+
+def _rows(T: list[list[float]]) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in T)
 
 
 def read_lines(path: Path, n_frames: int) -> list[str]:

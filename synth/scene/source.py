@@ -18,7 +18,7 @@ from synth.scene.placement import PlacedObject
 from synth.scene.pools import Pools
 from synth.scene.soundness import is_sound
 from synth.scene.viewpoint import Viewpoint, draw_azimuth, draw_viewpoint
-from synth.vocabulary import OCCLUDER_CODE
+from synth.vocabulary import OCCLUDER_CODE, PART_NAMES
 
 _FRAME_STREAM = 0
 MAX_SCENES = 400
@@ -200,4 +200,5 @@ def _record(item: PlacedObject, instance: int, visible_fraction: float) -> Objec
         spec=item.spec,
         T_world_object=tuple(tuple(float(value) for value in row) for row in item.T_world_object),
         visible_fraction=visible_fraction,
+        contacts=tuple(PART_NAMES[label] for label in sorted(item.contact_parts)),
     )
