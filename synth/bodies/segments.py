@@ -159,21 +159,21 @@ def axes_through(points: NDArray[np.float64]) -> Axes:
     """
     shape = (N_SEGMENTS, N_BONES_MAX, 3)
     axes = Axes(np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape))
+    looks = np.tile((1.0, 0.0, 0.0), (N_SEGMENTS, N_BONES_MAX, 1))
     for i, segment in enumerate(SEGMENTS):
         at = points[[POINT_IDX[name] for name in segment.points]]
-        if segment.toward == ("x",):
-            look = np.array([1.0, 0.0, 0.0])
-        else:
-            look = points[POINT_IDX[segment.toward[1]]] - points[POINT_IDX[segment.toward[0]]]
+        if segment.toward != ("x",):
+            looks[i] = points[POINT_IDX[segment.toward[1]]] - points[POINT_IDX[segment.toward[0]]]
         if len(at) == 1:
             axes.origin[i, 0], axes.bone[i, 0] = at[0], (0.0, 0.0, 1.0)
         else:
             axes.origin[i, : len(at) - 1], axes.bone[i, : len(at) - 1] = at[:-1], np.diff(at, axis=0)
-        for b in range(max(len(at) - 1, 1)):
-            along = axes.bone[i, b] / np.linalg.norm(axes.bone[i, b])
-            first = look - (look @ along) * along
-            axes.e1[i, b] = first / np.linalg.norm(first)
-            axes.e2[i, b] = np.cross(along, axes.e1[i, b])
+    is_there = axes.bone.any(axis=2)
+    along, look = axes.bone[is_there], looks[is_there]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    first = look - (look * along).sum(axis=1)[:, None] * along
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    axes.e1[is_there], axes.e2[is_there] = first, np.cross(along, first)
     return axes
 
 
