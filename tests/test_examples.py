@@ -1,0 +1,29 @@
+"""The examples run as they stand and write what they say."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+WRITES = {
+    "01_one_body.py": ["body.urdf"],
+    "02_one_frame.py": ["clean.png", "kinect_v1.png"],
+    "03_own_objects.py": [],
+    "04_read_a_corpus.py": ["corpus.json", "manifest.jsonl"],
+}
+
+
+def test_every_example_is_listed() -> None:
+    assert sorted(path.name for path in (ROOT / "examples").glob("*.py")) == sorted(WRITES)
+
+
+@pytest.mark.parametrize("name", sorted(WRITES))
+def test_an_example_runs(name: str, tmp_path: Path) -> None:
+    command = [sys.executable, str(ROOT / "examples" / name), str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+    for written in WRITES[name]:
+        assert (tmp_path / "out" / written).stat().st_size > 0
