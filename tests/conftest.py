@@ -4,13 +4,15 @@ Numba looks at the file of the function that it compiles, not at the files of th
 shared cache may run machine code of an earlier callee.
 """
 
+import contextlib
 import hashlib
 import os
 import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-N_KEPT = 6  # caches of earlier states of the sources
+UNUSED_S = 3 * 3600.0
+"""Caches that no run of the tests has begun with for so long are removed [s]."""
 
 
 def sources_digest() -> str:
@@ -31,8 +33,11 @@ def set_numba_cache() -> None:
     cache.mkdir(parents=True, exist_ok=True)
     os.utime(cache)
     os.environ["NUMBA_CACHE_DIR"] = str(cache)
-    for old in sorted(caches.iterdir(), key=lambda path: path.stat().st_mtime)[: -N_KEPT - 1]:
-        shutil.rmtree(old, ignore_errors=True)
+    newest = cache.stat().st_mtime
+    for old in caches.iterdir():
+        with contextlib.suppress(FileNotFoundError):
+            if newest - old.stat().st_mtime > UNUSED_S:
+                shutil.rmtree(old, ignore_errors=True)
 
 
 if not os.environ.get("NUMBA_CACHE_DIR"):
