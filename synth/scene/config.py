@@ -102,7 +102,7 @@ class SceneConfig:
     height: tuple[float, float] | None = None
     azimuth: tuple[float, float] = (-3.141592653589793, 3.141592653589793)
     clearance: tuple[float, float] = (0.03, 0.05)
-    visible_share: tuple[float, float] = (0.15, 1.0)
+    visible_share: tuple[float, float] = (0.15, 0.95)
     is_context_kept: bool = True
     frames_per_subject: int = 20
     frames_per_object: int = 20

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from synth.bodies.poses import HandTarget, HandTargets, draw_arms
 from synth.geometry import inverse, rotation_about
 from synth.scene.draw import FOREARMS, THIGHS, TORSO, UPPER_ARMS, Person, SceneDraw
-from synth.scene.placement import PlacedObject, pose_on_floor
+from synth.scene.placement import PlacedObject, advance, pose_on_floor
 
 LAP_PARTS = FOREARMS | THIGHS
 """Labels that touch a laptop on the lap."""
@@ -55,17 +55,13 @@ def lower_on_lap(draw: SceneDraw, person: Person) -> PlacedObject | None:
     T_world_object = T_world_base @ inverse(base.T_object_anchor)
     lowered = _lowered(replace(laptop, T_world_object=T_world_object, contact_parts=LAP_PARTS), thighs)
     others = person.points_without(LAP_PARTS | UPPER_ARMS)
-    return lowered if lowered is not None and lowered.gap(others, 0.1) > 0.0 else None
+    return lowered if lowered is not None and not lowered.is_nearer(others, 0.0) else None
 
 
 def _lowered(item: PlacedObject, points: NDArray[np.float64]) -> PlacedObject | None:
     """An object let down on points until it touches one."""
-    for _ in range(60):
-        gap = item.gap(points)
-        if gap <= LAP_TOUCH:
-            return item if gap > -LAP_TOUCH else None
-        item = item.moved((0.0, 0.0, 0.5 * LAP_TOUCH - gap))
-    return None
+    met = advance((item,), (0.0, 0.0, -1.0), points, LAP_TOUCH)
+    return None if met is None else met[0]
 
 
 def _slope(thighs: NDArray[np.float64], x: float, size: tuple[float, float]) -> float:
@@ -88,7 +84,7 @@ def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Pe
     reach = float(draw.rng.uniform(*STROLLER_REACH)) * arm
     T = pose_on_floor(shoulder[0] + reach - handle[0], shoulder[1], 0.0)
     stroller = replace(drawn, T_world_object=T, contact_parts=FOREARMS)
-    if stroller.gap(person.points_without(FOREARMS | UPPER_ARMS), 0.3) < draw.config.clearance[0]:
+    if stroller.is_nearer(person.points_without(FOREARMS | UPPER_ARMS), draw.config.clearance[0]):
         return None
     targets = HandTargets(
         left=_target(stroller, "handle_left", "handle"), right=_target(stroller, "handle_right", "handle")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from synth.bodies.body import Pose
 from synth.bodies.kinematics import joint_positions
 from synth.bodies.skinning import pose_vertices
+from synth.geometry import LabelledMesh
 from synth.scene.config import SceneConfig
 from synth.scene.placement import PlacedObject
 from synth.scene.pools import Pools, Subject
@@ -45,6 +46,11 @@ class Person:
     def in_pose(subject: Subject, pose: Pose) -> "Person":
         """Skins a subject in a pose."""
         return Person(subject, pose, pose_vertices(subject.body, pose).astype(np.float64))
+
+    def mesh(self) -> LabelledMesh:
+        """The posed skin with its part labels."""
+        bind = self.subject.body.mesh
+        return LabelledMesh(self.vertices.astype(np.float32), bind.faces, bind.face_label, bind.is_closed)
 
     def joints(self) -> NDArray[np.float64]:
         """(15, 3) joint centres, world frame [m]."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from synth.geometry import transform_points
-from synth.occluders.distance import nearest_point, place, solid_distances
+from synth.occluders.distance import nearest_point, place
 from synth.occluders.model import Occluder
 from synth.occluders.sweep import free_way, joined
 
@@ -48,9 +48,9 @@ class PlacedObject:
         """Smallest signed distance of any point to the object's solids, at most `reach` [m]."""
         return nearest_point(self.occluder.solids, self.T_world_object, points, reach)[0]
 
-    def distances(self, points: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
-        """(n,) signed distance of each point to the object's solids, at most `reach` [m]."""
-        return solid_distances(self.occluder.solids, self.T_world_object, points, reach)
+    def is_nearer(self, points: NDArray[np.float64], distance: float) -> bool:
+        """Whether any point is nearer to the object's solids than a signed distance [m]."""
+        return nearest_point(self.occluder.solids, self.T_world_object, points, distance)[1] >= 0
 
     def world_surface(self) -> NDArray[np.float64]:
         """(n_points, 3) points spread over its surface, world frame [m]."""
@@ -106,7 +106,7 @@ def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> boo
         if np.linalg.norm(placed.T_world_object[:2, 3] - other.T_world_object[:2, 3]) > reach:
             continue
         surface = placed.world_surface() if surface is None else surface
-        if other.gap(surface, gap + 0.01) < gap or placed.gap(other.world_surface(), gap + 0.01) < gap:
+        if other.is_nearer(surface, gap) or placed.is_nearer(other.world_surface(), gap):
             return False
     return True
 

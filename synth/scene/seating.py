@@ -77,4 +77,4 @@ def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedO
     )
     way = min(*ways, travel)
     placed = start.moved((way, 0.0, 0.0))
-    return placed if way >= 0.0 and abs(placed.gap(person.points_of(SEAT))) < CONTACT else None
+    return placed if way >= 0.0 and abs(placed.gap(person.points_of(SEAT), 2.0 * CONTACT)) < CONTACT else None

@@ -28,8 +28,9 @@ def is_sound(scene: Scene, clearance: tuple[float, float]) -> bool:
 
 
 def _keeps_clear(item: PlacedObject, person: Person, clearance: float) -> bool:
-    if item.gap(person.vertices, 0.2) < (-MAX_OVERLAP if item.contact_parts else clearance - MAX_SHORTFALL):
+    nearest = -MAX_OVERLAP if item.contact_parts else clearance - MAX_SHORTFALL
+    if item.is_nearer(person.vertices, nearest):
         return False
     if item.is_seat or not item.contact_parts:
         return True
-    return item.gap(person.points_without(item.contact_parts), 0.2) >= clearance - MAX_SHORTFALL
+    return not item.is_nearer(person.points_without(item.contact_parts), clearance - MAX_SHORTFALL)

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.skinning import posed_mesh
 from synth.frame import Frame, FrameInfo, ObjectRecord
 from synth.geometry import inverse, transform_points
 from synth.render import backends
@@ -25,6 +24,8 @@ MAX_SCENES = 400
 """Attempts at a scene before a configuration is given up."""
 MAX_VIEWS = 8
 """Viewpoints tried on one scene."""
+EYE_ROOM = 0.25
+"""A camera keeps this far from objects [m]."""
 MIN_BODY_PIXELS = 400
 """The person alone covers at least this many pixels."""
 
@@ -114,7 +115,7 @@ class FrameSource:
     def _look(self, draw: SceneDraw, scene: Scene) -> tuple[Viewpoint, RenderedPair, Visibility] | None:
         """Draws viewpoints until one shows as much of the person as asked for."""
         joints = scene.person.joints()
-        body = posed_mesh(scene.person.subject.body, scene.person.pose)
+        body = scene.person.mesh()
         objects = [
             RenderObject(item.occluder.mesh, OCCLUDER_CODE[item.occluder.class_name], k + 1, item.T_world_object)
             for k, item in enumerate(scene.objects)
@@ -189,7 +190,7 @@ class FrameSource:
 def _is_eye_free(viewpoint: Viewpoint, scene: Scene) -> bool:
     """Whether the camera itself does not stand in an object or right before one."""
     eye: NDArray[np.float64] = viewpoint.T_world_camera[None, :3, 3]
-    return all(item.gap(eye, reach=0.3) > 0.25 for item in scene.objects)
+    return not any(item.is_nearer(eye, EYE_ROOM) for item in scene.objects)
 
 
 def _record(item: PlacedObject, instance: int, visible_fraction: float) -> ObjectRecord:
