@@ -62,11 +62,12 @@ def main() -> None:
     options = parser.parse_args()
     config = SceneConfig()
     overlaps: dict[str, list[float]] = defaultdict(list)
-    clear, touched = [], []
+    clear: dict[str, list[float]] = defaultdict(list)
+    touched = []
     for frame in tqdm(FrameSource(config, options.seed, options.scenes), total=options.scenes, mininterval=2.0):
         overlap, clear_here, touched_here = audit(frame)
         overlaps[frame.info.scene_family].append(overlap)
-        clear += clear_here
+        clear[frame.info.scene_family] += clear_here
         touched += touched_here
     everything = np.concatenate([np.array(values) for values in overlaps.values()])
     print("deepest overlap of skin and objects")
@@ -77,7 +78,9 @@ def main() -> None:
         print(
             f"{name:14} {len(mm):6} {share:9.1%} {np.median(mm):9.1f} {np.quantile(mm, 0.95):8.1f} {mm.max():8.1f}"
         )
-    print_gaps("objects on the floor that nothing touches", np.array(clear))
+    for name, gaps in sorted(clear.items()):
+        if gaps:
+            print_gaps(f"objects on the floor that nothing touches, in scenes of {name!r}", np.array(gaps))
     print_gaps("objects with declared contacts", np.array(touched))
 
 

@@ -125,7 +125,7 @@ def surface_points(mesh: LabelledMesh, spacing: float) -> NDArray[np.float64]:
     edges = corners - np.roll(corners, 1, axis=1)
     n_strips = np.clip(np.ceil(np.linalg.norm(edges, axis=2).max(axis=1) / spacing), 1, 64).astype(np.int64)
     points = [mesh.vertices.astype(np.float64)]
-    for n in np.unique(n_strips):
+    for n in np.unique(n_strips[n_strips > 1]):  # of smaller faces the corners will do
         a, b, c = corners[n_strips == n].transpose(1, 0, 2)
         i, j = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
         u, v = ((i + 1.0 / 3.0) / n)[:, None, None], ((j + 1.0 / 3.0) / n)[:, None, None]

@@ -3,7 +3,7 @@
 from synth.scene.draw import Person, Scene
 from synth.scene.placement import PlacedObject, is_free_of
 
-MAX_OVERLAP = 0.009
+MAX_OVERLAP = 0.008
 """Skin may sink this deep into what it touches [m]; the law is 0.01 m, less is left for what vertices miss."""
 MAX_SHORTFALL = 0.005
 """Parts that do not touch an object come at most this much nearer to it than the clearance [m]."""
