@@ -3,7 +3,7 @@
 Three figures: CPU seconds a frame of the whole run in one process, with compilation before and apart; the same
 in a profiled run, by stage; and wall-clock frames a second with one and with two workers.
 
-    python benchmarks/bench_generate.py [--frames 640] [--seed 0] [--no-workers]
+    python benchmarks/bench_generate.py [--frames 640] [--seed 0] [--no-workers] [--memory 10000]
 """
 
 import argparse
@@ -13,6 +13,8 @@ import pstats
 import tempfile
 import time
 from pathlib import Path
+
+import psutil
 
 from pipelines.corpus import Order, write_corpus
 from pipelines.generate import GenerateSettings
@@ -54,6 +56,16 @@ def profiled_run(n_frames: int, seed: int) -> pstats.Stats:
     return pstats.Stats(profile)
 
 
+def memory_run(n_frames: int, seed: int) -> None:
+    """Prints the memory that is resident while frames are drawn and rendered, as they go on."""
+    process = psutil.Process()
+    source = FrameSource(GenerateSettings(Path("unused")).scene, seed, n_frames)
+    for index in range(n_frames):
+        source.frame(index)
+        if (index + 1) % (n_frames // 10) == 0:
+            print(f"after {index + 1} frames: {process.memory_info().rss / 2**20:.0f} MiB", flush=True)
+
+
 def cumulative(stats: pstats.Stats, file: str, function: str) -> float:
     """Cumulative seconds of a function in a profile."""
     rows = stats.stats.items()  # type: ignore[attr-defined]
@@ -66,7 +78,13 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=640)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--no-workers", action="store_true")
+    parser.add_argument(
+        "--memory", type=int, metavar="FRAMES", help="only this: resident memory over FRAMES frames"
+    )
     options = parser.parse_args()
+    if options.memory:
+        memory_run(options.memory, options.seed)
+        return
 
     start = time.perf_counter()
     source = FrameSource(GenerateSettings(Path("unused")).scene, options.seed + 1, 40)
