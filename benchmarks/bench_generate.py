@@ -79,7 +79,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--no-workers", action="store_true")
     parser.add_argument(
-        "--memory", type=int, metavar="FRAMES", help="only this: resident memory over FRAMES frames"
+        "--memory", type=int, metavar="FRAMES", help="only resident memory over FRAMES frames"
     )
     options = parser.parse_args()
     if options.memory:
