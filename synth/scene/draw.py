@@ -47,6 +47,13 @@ class Person:
         """Skins a subject in a pose."""
         return Person(subject, pose, pose_vertices(subject.body, pose).astype(np.float64))
 
+    def face_centres_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
+        """(n, 3) centres of the faces that belong to these parts, world frame [m]."""
+        mesh = self.subject.body.mesh
+        table = np.zeros(N_PARTS + 1, dtype=np.bool_)
+        table[list(parts)] = True
+        return self.vertices[mesh.faces[table[mesh.face_label]]].mean(axis=1)
+
     def mesh(self) -> LabelledMesh:
         """The posed skin with its part labels."""
         bind = self.subject.body.mesh

@@ -33,4 +33,7 @@ def _keeps_clear(item: PlacedObject, person: Person, clearance: float) -> bool:
         return False
     if item.is_seat or not item.contact_parts:
         return True
+    # What is touched is often thin: a deck's corner or a bar finds its way between vertices.
+    if item.is_nearer(person.face_centres_of(item.contact_parts), -MAX_OVERLAP):
+        return False
     return not item.is_nearer(person.points_without(item.contact_parts), clearance - MAX_SHORTFALL)
