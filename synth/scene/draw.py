@@ -52,7 +52,8 @@ class Person:
         mesh = self.subject.body.mesh
         table = np.zeros(N_PARTS + 1, dtype=np.bool_)
         table[list(parts)] = True
-        return self.vertices[mesh.faces[table[mesh.face_label]]].mean(axis=1)
+        a, b, c = mesh.faces[table[mesh.face_label]].T
+        return (self.vertices[a] + self.vertices[b] + self.vertices[c]) / 3.0
 
     def mesh(self) -> LabelledMesh:
         """The posed skin with its part labels."""

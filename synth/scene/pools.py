@@ -27,7 +27,7 @@ _MAX_SUBJECTS, _MAX_OBJECTS = 24, 256
 
 SKIRTS = ("skirt", "long_skirt")
 """Bottoms that are not sat in."""
-SURFACE_SPACING = 0.05
+SURFACE_SPACING = 0.08
 """Distance between the points that stand for an object's surface [m]."""
 
 
@@ -76,6 +76,7 @@ class Pools:
         self._config = config
         self._seed = seed
         self._subjects: OrderedDict[tuple[str, int, str], Subject] = OrderedDict()
+        self._specs: OrderedDict[tuple[str, int], BodySpec] = OrderedDict()
         self._objects: OrderedDict[tuple[str, str, int], PooledObject] = OrderedDict()
 
     def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator, is_seated: bool) -> Subject:
@@ -103,7 +104,11 @@ class Pools:
 
     def _subject_spec(self, split: str, number: int) -> BodySpec:
         stream = [self._seed, _SUBJECT_STREAM, SPLITS.index(split), number]
-        return sample_body(np.random.default_rng(stream), child_share=self._config.child_share)
+
+        def draw() -> BodySpec:
+            return sample_body(np.random.default_rng(stream), child_share=self._config.child_share)
+
+        return _cached(self._specs, (split, number), _MAX_OBJECTS, draw)
 
     def _make_object(self, class_name: str, kind: str, split: str, number: int) -> PooledObject:
         kind_idx = registry.KINDS[class_name].index(kind)
