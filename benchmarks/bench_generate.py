@@ -3,7 +3,7 @@
 Three figures: CPU seconds a frame of the whole run in one process, with compilation before and apart; the same
 in a profiled run, by stage; and wall-clock frames a second with one and with two workers.
 
-    python benchmarks/bench_generate.py [--frames 640] [--seed 0] [--no-workers] [--memory 10000]
+    python benchmarks/bench_generate.py [--frames 960] [--seed 0] [--worker-frames 3200 | --no-workers] [--memory 10000]
 """
 
 import argparse
@@ -75,12 +75,11 @@ def cumulative(stats: pstats.Stats, file: str, function: str) -> float:
 def main() -> None:
     """Runs the benchmark."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=640)
+    parser.add_argument("--frames", type=int, default=960)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--worker-frames", type=int, default=3200)
     parser.add_argument("--no-workers", action="store_true")
-    parser.add_argument(
-        "--memory", type=int, metavar="FRAMES", help="only resident memory over FRAMES frames"
-    )
+    parser.add_argument("--memory", type=int, metavar="FRAMES", help="only resident memory over FRAMES frames")
     options = parser.parse_args()
     if options.memory:
         memory_run(options.memory, options.seed)
@@ -106,6 +105,7 @@ def main() -> None:
         seconds = cumulative(stats, file, function)
         print(f"  {label:36} {1000 * seconds / n:6.2f} ms {seconds / total:6.1%}")
     if not options.no_workers:
+        n = options.worker_frames
         rates = {workers: n / timed_run(n, options.seed, workers)[1] for workers in (1, 2)}
         print(
             f"workers 1: {rates[1]:.1f} frames/s, 2: {rates[2]:.1f} frames/s, ratio {rates[2] / rates[1]:.2f} "

@@ -3,17 +3,19 @@
 import concurrent.futures
 import contextlib
 import errno
-import itertools
 import multiprocessing
 import multiprocessing.connection
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from pathlib import Path
+
+import numpy as np
 
 from pipelines.corpus.folder import Order, finished_shards, locked_folder, prepare_folder
 from pipelines.corpus.header import Header
@@ -97,21 +99,29 @@ def _in_this_process(
 def _in_processes(
     root: Path, header: Header, order: Order, missing: list[int], workers: int, count: _Counter
 ) -> Iterator[ShardLine]:
-    """Hands shards to processes, two a worker in flight; only this process writes the manifest."""
+    """Hands shards to processes, two a worker in flight; only this process writes the manifest.
+
+    Each worker goes through a run of neighbouring shards, because neighbours share subjects and objects; one that
+    is through takes from the end of the longest run left.
+    """
     context = multiprocessing.get_context("spawn")
     stop_seen, stop = context.Pipe(duplex=False)
-    executor = ProcessPoolExecutor(workers, context, _start_worker, (root, header, order, stop_seen))
-    waiting = iter(missing)
-    running: set[Future[ShardLine]] = set()
+    start = (root, header, order, stop_seen)
+    executors = [ProcessPoolExecutor(1, context, _start_worker, start) for _ in range(workers)]
+    runs = [deque(run.tolist()) for run in np.array_split(np.array(missing, dtype=np.int64), workers)]
+    running: dict[Future[ShardLine], int] = {}
     try:
         while True:
             with _interrupts_ignored():
-                for shard in itertools.islice(waiting, 2 * workers - len(running)):
-                    running.add(executor.submit(_work, shard))
+                for worker, executor in enumerate(executors):
+                    for _ in range(2 - list(running.values()).count(worker)):
+                        if (shard := _next_shard(runs, worker)) is not None:
+                            running[executor.submit(_work, shard)] = worker
             if not running:
                 break
-            done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+            done, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
             for future in done:
+                del running[future]
                 line = future.result()
                 count.add(line.n_frames)
                 yield line
@@ -121,7 +131,16 @@ def _in_processes(
         ) from None
     finally:
         stop.send_bytes(b"stop")
-        executor.shutdown(wait=True, cancel_futures=True)
+        for executor in executors:
+            executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _next_shard(runs: list[deque[int]], worker: int) -> int | None:
+    """The next shard of a worker's own run, else the last of the longest run."""
+    if runs[worker]:
+        return runs[worker].popleft()
+    longest = max(runs, key=len)
+    return longest.pop() if longest else None
 
 
 @contextlib.contextmanager
