@@ -3,7 +3,7 @@
 Three figures: CPU seconds a frame of the whole run in one process, with compilation before and apart; the same
 in a profiled run, by stage; and wall-clock frames a second with one and with two workers.
 
-    python benchmarks/bench_generate.py [--frames 960] [--seed 0] [--worker-frames 3200 | --no-workers] [--memory 10000]
+    python benchmarks/bench_generate.py [--frames 960] [--worker-frames 3200 | --no-workers] [--memory 10000]
 """
 
 import argparse
