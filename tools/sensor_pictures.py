@@ -2,7 +2,7 @@
 
     python tools/sensor_pictures.py OUT.png [--clean DEPTH] [--real FILE_OR_FOLDER ...] [--compare]
 
-The clean depth is a built-in scene, ray cast by Open3D, or any .npy or 16-bit .png of millimetres (0 = no return).
+The clean depth is a generated scene before a wall, or any .npy or 16-bit .png of millimetres (0 = no return).
 Real frames are 16-bit .png or little-endian 640x480 .raw of a Kinect v1, in millimetres.
 """
 
@@ -19,6 +19,7 @@ from synth.camera import Camera
 from synth.render.presets import CAMERAS
 from synth.render.presets import camera as find_camera
 from synth.render.sensors import SENSOR_NAMES, apply_sensor
+from synth.scene import FrameSource, SceneConfig, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
 SENSOR_CAMERAS = {
@@ -28,75 +29,44 @@ SENSOR_CAMERAS = {
     "realsense_d435": "realsense_d435",
 }
 
-# A person of capsules, feet at the origin, facing -z: (from, to, radius) in metres, y up.
-_LIMBS = (
-    ((0.0, 1.0, 0.0), (0.0, 1.35, 0.0), 0.16),
-    ((-0.1, 1.35, 0.0), (0.1, 1.35, 0.0), 0.12),
-    ((0.0, 1.45, 0.0), (0.0, 1.55, -0.01), 0.06),
-    ((0.0, 1.62, -0.02), (0.0, 1.70, -0.01), 0.09),
-    ((-0.21, 1.40, 0.0), (-0.30, 1.13, 0.03), 0.05),
-    ((-0.30, 1.13, 0.03), (-0.33, 0.90, -0.08), 0.04),
-    ((-0.33, 0.90, -0.08), (-0.33, 0.82, -0.11), 0.035),
-    ((0.21, 1.40, 0.0), (0.36, 1.18, -0.05), 0.05),
-    ((0.36, 1.18, -0.05), (0.30, 1.25, -0.30), 0.04),
-    ((0.30, 1.25, -0.30), (0.28, 1.29, -0.38), 0.035),
-    ((-0.10, 0.92, 0.0), (-0.12, 0.50, -0.01), 0.08),
-    ((-0.12, 0.50, -0.01), (-0.13, 0.10, 0.02), 0.055),
-    ((0.10, 0.92, 0.0), (0.14, 0.50, -0.03), 0.08),
-    ((0.14, 0.50, -0.03), (0.15, 0.10, 0.03), 0.055),
-    ((-0.13, 0.05, 0.03), (-0.15, 0.04, -0.15), 0.045),
-    ((0.15, 0.05, 0.03), (0.18, 0.04, -0.15), 0.045),
-)
+BEHIND = 1.2
+"""How far behind the person the wall stands [m]."""
 
 
-def builtin_scene(camera: Camera, distance: float, *, is_furnished: bool) -> NDArray[np.uint16]:
-    """Ray casts a person before a wall.
+def builtin_scene(camera: Camera, distance: float, seed: int = 0, *, is_furnished: bool) -> NDArray[np.uint16]:
+    """A generated person before a wall.
 
     Args:
-        camera: The camera, 1.2 m above the floor, level.
-        distance: Of the person [m]; the wall stands 1.2 m behind.
-        is_furnished: Whether a table stands before the person, and a rod and a box beside.
+        camera: The camera.
+        distance: Of the person [m].
+        seed: Of the scene.
+        is_furnished: Whether the person sits at a table and a floor is there; else they stand alone.
 
     Returns:
         (height, width) uint16 z-depth [mm].
     """
-    import open3d as o3d
-    import trimesh
-
-    up = 1.2
-    parts = []
-    for a, b, radius in _LIMBS:
-        ends = np.array([a, b]) * [1, -1, 1] + [0, up, distance]
-        parts.append(trimesh.creation.cylinder(radius=radius, segment=ends, sections=24))
-        for end in ends:
-            ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
-            ball.apply_translation(end)
-            parts.append(ball)
-
-    def box(size: tuple[float, float, float], centre: tuple[float, float, float]) -> None:
-        mesh = trimesh.creation.box(size)
-        mesh.apply_translation(np.array(centre) * [1, -1, 1] + [0, up, distance])
-        parts.append(mesh)
-
-    box((12.0, 8.0, 0.1), (0.0, 1.0, 1.25))
-    box((12.0, 0.1, 12.0), (0.0, -0.05, 0.0))
-    if is_furnished:
-        box((1.2, 0.03, 0.6), (0.25, 0.72, -0.75))
-        for x in (-0.3, 0.8):
-            for z in (-1.0, -0.5):
-                box((0.04, 0.72, 0.04), (x, 0.36, z))
-        box((0.03, 1.6, 0.03), (-0.75, 0.8, 0.2))
-        box((0.4, 0.5, 0.3), (-1.1, 0.25, -0.1))
-    mesh = trimesh.util.concatenate(parts)
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor(mesh.vertices.astype(np.float32)), o3d.core.Tensor(mesh.faces.astype(np.uint32))
+    family = "table" if is_furnished else "unhidden"
+    config = SceneConfig(
+        scenes=SceneWeights(*[float(name == family) for name in SceneWeights.names()]),
+        camera="custom",
+        intrinsics=(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy),
+        distance=(distance, distance),
+        height=(1.2, 1.2),
+        azimuth=(-0.7, 0.7),
+        visible_share=(0.3, 1.0),
     )
+    frame = next(frame for frame in FrameSource(config, seed, 100) if is_furnished or not frame.info.objects)
     u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-    rays = np.zeros((camera.height, camera.width, 6), np.float32)
-    rays[..., 3:] = camera.backproject(np.stack([u, v], axis=-1), np.ones(u.shape))
-    depth = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()  # rays have z = 1: t is depth
-    return np.where(np.isfinite(depth), np.rint(1000.0 * np.minimum(depth, 60.0)), 0).astype(np.uint16)
+    rays = camera.backproject(np.stack([u, v], axis=-1), np.ones(u.shape)) @ frame.T_world_camera[:3, :3].T
+    ahead = frame.T_world_camera[:3, 2] * (1.0, 1.0, 0.0)
+    depth = (distance + BEHIND) / (
+        rays @ (ahead / np.linalg.norm(ahead))
+    )  # rays have z = 1: their length is depth
+    if is_furnished:
+        floor = frame.T_world_camera[2, 3] / np.maximum(-rays[..., 2], 1e-9)
+        depth = np.minimum(depth, floor)
+    room = np.where((depth > 0) & (depth < 60.0), np.rint(1000.0 * depth), 0).astype(np.uint16)
+    return np.where(frame.depth > 0, frame.depth, room)
 
 
 def load_depth(path: Path) -> NDArray[np.uint16]:
@@ -163,15 +133,14 @@ def compare(real: list[Path]) -> None:
         rough["real"].append(edge_roughness(depth, 1e9))
     width = load_depth(real[0]).shape[1]
     camera = CAMERAS["kinect_v1"] if width == 640 else CAMERAS["kinect_v1_qvga"]
-    for seed, distance in enumerate(np.linspace(0.9, 4.0, 24)):
-        clean = builtin_scene(camera, distance, is_furnished=False)
+    for seed, distance in enumerate(np.linspace(1.2, 4.0, 24)):
+        clean = builtin_scene(camera, distance, seed, is_furnished=False)
         far = 1000.0 * (distance + 0.7)
         for name, depth in (
             ("clean", apply_sensor("ideal", clean, camera, np.random.default_rng(seed))),
             ("model", apply_sensor("kinect_v1", clean, camera, np.random.default_rng(seed))),
         ):
             person = np.where(depth < far, depth, 0).astype(np.uint16)
-            person[int(0.8 * camera.height) :] = 0  # no floor
             rows[name].append(np.stack(local_residuals(person)))
             rough[name].append(edge_roughness(person, far))
     print(f"rms residual of local planes at {width} px wide, in disparity steps (number of patches)")
@@ -229,12 +198,12 @@ def main() -> None:
     """Reads the command line, writes the sheet, prints the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("out", type=Path)
-    parser.add_argument("--clean", type=Path, help="clean depth to use instead of the built-in scene")
+    parser.add_argument("--clean", type=Path, help="clean depth to use instead of a generated scene")
     parser.add_argument("--camera", default="kinect_v2", help="preset that the clean depth was made with")
     parser.add_argument("--real", type=Path, nargs="*", default=[], help="real frames, or folders of them")
     parser.add_argument("--compare", action="store_true", help="print local noise, real against model")
     parser.add_argument("--time", action="store_true", help="print milliseconds a frame at 512x424")
-    parser.add_argument("--distance", type=float, default=2.4, help="of the built-in person [m]")
+    parser.add_argument("--distance", type=float, default=2.4, help="of the generated person [m]")
     parser.add_argument("--n-real", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
