@@ -49,11 +49,20 @@ class Person:
 
     def face_centres_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) centres of the faces that belong to these parts, world frame [m]."""
+        a, b, c = self._corners_of(parts)
+        return (a + b + c) / 3.0
+
+    def face_planes_of(self, parts: frozenset[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(n, 3) centres and (n, 3) outward unit normals of the faces that belong to these parts, world frame."""
+        a, b, c = self._corners_of(parts)
+        normals = np.cross(b - a, c - a)
+        return (a + b + c) / 3.0, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
+
+    def _corners_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         mesh = self.subject.body.mesh
         table = np.zeros(N_PARTS + 1, dtype=np.bool_)
         table[list(parts)] = True
-        a, b, c = mesh.faces[table[mesh.face_label]].T
-        return (self.vertices[a] + self.vertices[b] + self.vertices[c]) / 3.0
+        return self.vertices[mesh.faces[table[mesh.face_label]].T]
 
     def mesh(self) -> LabelledMesh:
         """The posed skin with its part labels."""
