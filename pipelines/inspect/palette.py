@@ -12,8 +12,8 @@ INK = (235, 235, 235)
 FAINT = (150, 150, 150)
 PAPER = (24, 22, 20)
 NO_RETURN = (48, 44, 42)
-STATE_COLOURS = ((80, 220, 90), (60, 80, 245), (50, 190, 255), (170, 170, 170))
-"""Visible green, occluded red, self-occluded amber, outside grey."""
+STATE_COLOURS = ((142, 190, 45), (20, 100, 225), (66, 228, 240), (170, 170, 170))
+"""Visible bluish green, occluded vermilion, self-occluded yellow, outside grey (after Okabe and Ito; BGR)."""
 STATE_MARKERS = ("dot", "cross", "ring", "square")
 """Marker of each joint state, so that it can be told without colour."""
 
