@@ -23,7 +23,7 @@ from synth.scene import FrameSource
 STAGES = (
     ("subjects built", "pools.py", "_make_subject"),
     ("objects built", "pools.py", "_make_object"),
-    ("scenes drawn (without building)", "source.py", "_draw_scene"),
+    ("scenes drawn (both of these included)", "source.py", "_draw_scene"),
     ("  of it base poses", "", "draw_base"),
     ("  of it arms", "", "draw_arms"),
     ("  of it soundness", "soundness.py", "is_sound"),

@@ -88,7 +88,7 @@ class SceneConfig:
         visible_share: Range of the person's visible pixels over those without objects, in scenes with objects.
         is_context_kept: Whether object class and pose are related as in life; if not, they are drawn independently
             of each other with the same frequencies.
-        frames_per_subject: Average number of frames a body serves, at most 20 by default.
+        frames_per_subject: Most frames that a body serves on average.
         frames_per_object: Likewise for each object class's objects.
         child_share: Share of subjects under 18 years.
     """

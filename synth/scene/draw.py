@@ -15,9 +15,9 @@ from synth.scene.pools import Pools, Subject
 from synth.vocabulary import N_PARTS, PART
 
 HANDS = frozenset(PART[f"{side}_{name}"] for side in "lr" for name in ("hand", "wrist"))
-"""Labels that touch a keyboard or a handle."""
+"""Labels of hands and wrists."""
 FOREARMS = HANDS | frozenset(PART[name] for name in ("lw_arm", "rw_arm", "l_elbow", "r_elbow"))
-"""Labels that rest on a table."""
+"""Labels that touch tables, keyboards and handles."""
 TORSO = frozenset(PART[name] for name in ("lu_torso", "ru_torso", "lw_torso", "rw_torso"))
 """Labels of the trunk."""
 UPPER_ARMS = frozenset(PART[name] for name in ("lu_arm", "ru_arm"))
@@ -60,9 +60,7 @@ class Person:
 
     def _corners_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         mesh = self.subject.body.mesh
-        table = np.zeros(N_PARTS + 1, dtype=np.bool_)
-        table[list(parts)] = True
-        return self.vertices[mesh.faces[table[mesh.face_label]].T]
+        return self.vertices[mesh.faces[_is_among(parts, mesh.face_label)].T]
 
     def mesh(self) -> LabelledMesh:
         """The posed skin with its part labels."""
@@ -75,9 +73,7 @@ class Person:
 
     def is_of(self, parts: frozenset[int]) -> NDArray[np.bool_]:
         """(n_vertices,) whether each vertex belongs to one of these parts."""
-        table = np.zeros(N_PARTS + 1, dtype=np.bool_)
-        table[list(parts)] = True
-        return table[self.subject.vertex_part]
+        return _is_among(parts, self.subject.vertex_part)
 
     def points_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that belong to these parts, world frame [m]."""
@@ -86,6 +82,13 @@ class Person:
     def points_without(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that do not belong to these parts, world frame [m]."""
         return self.vertices[~self.is_of(parts)]
+
+
+def _is_among(parts: frozenset[int], labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(n,) whether each label is one of the parts; by table, which is faster than `np.isin`."""
+    table = np.zeros(N_PARTS + 1, dtype=np.bool_)
+    table[list(parts)] = True
+    return table[labels]
 
 
 @dataclass(frozen=True)

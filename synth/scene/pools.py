@@ -134,7 +134,7 @@ def _make_subject(spec: BodySpec, split: str, number: int) -> Subject:
 
 
 def _per_block(frames_each: int) -> int:
-    return max(1, DRAWS_PER_BLOCK // frames_each)
+    return -(-DRAWS_PER_BLOCK // frames_each)
 
 
 def _draw_number(frame_idx: int, frames_each: int, rng: np.random.Generator) -> int:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from synth.scene.config import SceneConfig, SceneWeights, SplitShares
+from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig, SceneWeights, SplitShares
+from synth.scene.pools import _per_block
 
 
 @pytest.mark.parametrize(
@@ -40,3 +41,8 @@ def test_split_counts_add_up_and_follow_the_shares(n_frames: int) -> None:
     counts = SplitShares(0.7, 0.1, 0.2).counts(n_frames)
     assert sum(counts) == n_frames
     assert all(abs(count - share * n_frames) < 1.0 for count, share in zip(counts, (0.7, 0.1, 0.2), strict=True))
+
+
+@pytest.mark.parametrize("frames_each", range(1, DRAWS_PER_BLOCK + 1))
+def test_no_subject_serves_more_frames_on_average_than_asked_for(frames_each: int) -> None:
+    assert DRAWS_PER_BLOCK / _per_block(frames_each) <= frames_each
