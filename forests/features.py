@@ -1,0 +1,82 @@
+"""The depth comparison feature of Shotton et al. 2011 (equation 1): two probes, scaled by the pixel's depth."""
+
+import math
+
+import numpy as np
+from numba import int32, njit
+
+from forests.hashing import hash4, splitmix64, unit_float
+
+FEATURE_LIMIT_MM = 2000
+"""Differences are cut to +-this [mm]: beyond it, one probe is off the person, and how far does not matter."""
+
+
+@njit(cache=True, nogil=True)
+def draw_feature(seed: int, tree: int, node: int, candidate: int, max_offset: float, out: np.ndarray) -> None:
+    """Draws the offsets of one candidate from (seed, tree, node, candidate) alone.
+
+    Direction and length are uniform; in half of the candidates the second probe is the pixel itself.
+
+    Args:
+        seed: Of the forest.
+        tree: The tree's number.
+        node: The node's number in the full binary tree (root 1, children 2i and 2i + 1).
+        candidate: The candidate's number.
+        max_offset: Longest offset [m].
+        out: (4,) float32 (ux, uy, vx, vy) [m] to fill.
+    """
+    key = hash4(seed, tree, node, candidate)
+    for probe in range(2):
+        key = splitmix64(key)
+        angle = 2.0 * math.pi * unit_float(key)
+        key = splitmix64(key)
+        length = max_offset * unit_float(key)
+        out[2 * probe] = np.float32(length * math.cos(angle))
+        out[2 * probe + 1] = np.float32(length * math.sin(angle))
+    if splitmix64(key) & np.uint64(1):
+        out[2] = 0.0
+        out[3] = 0.0
+
+
+@njit(cache=True, nogil=True)
+def probe_places(
+    x: np.ndarray, y: np.ndarray, fx_z: np.ndarray, fy_z: np.ndarray,
+    right: np.ndarray, bottom: np.ndarray, width: np.ndarray, dx: float, dy: float, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Where one probe of every pixel reads, relative to its crop's start. Vectorises: no branch, no load by index.
+
+    Args:
+        x: (n,) float32, columns in the crop, plus one half for rounding.
+        y: (n,) float32, rows in the crop, plus one half.
+        fx_z: (n,) float32, fx / depth [px/m].
+        fy_z: (n,) float32, fy / depth [px/m].
+        right: (n,) float32, last column of the crop plus one half: reads beyond land in the border.
+        bottom: (n,) float32, last row plus one half.
+        width: (n,) int32, columns of the crop.
+        dx: Offset along x [m], float32.
+        dy: Offset along y [m], float32.
+        out: (n,) int32 to fill.
+    """
+    half = np.float32(0.5)
+    for i in range(len(out)):
+        column = min(max(x[i] + fx_z[i] * dx, half), right[i])
+        row = min(max(y[i] + fy_z[i] * dy, half), bottom[i])
+        out[i] = int32(row) * width[i] + int32(column)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def difference(first: int, second: int) -> int:
+    """Depth at the first probe minus depth at the second [mm], cut to +-FEATURE_LIMIT_MM."""
+    return min(max(int32(first) - int32(second), int32(-FEATURE_LIMIT_MM)), int32(FEATURE_LIMIT_MM))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def probe(
+    pixels: np.ndarray, start: int, width: int, height: int, x: float, y: float,
+    fx_z: float, fy_z: float, dx: float, dy: float,
+) -> int:  # fmt: skip
+    """One probe of one pixel: the same arithmetic as `probe_places`, for a single pixel. x, y plus one half."""
+    half = np.float32(0.5)
+    column = min(max(x + fx_z * dx, half), np.float32(width) - half)
+    row = min(max(y + fy_z * dy, half), np.float32(height) - half)
+    return pixels[start + np.int64(int32(row) * width + int32(column))]

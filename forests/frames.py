@@ -1,0 +1,212 @@
+"""What forests eat: depth images with pixel labels and joints, as arrays."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Pinhole(Protocol):
+    """Intrinsics of a camera in OpenCV axes, pixel centres at integers: u = fx * X / Z + cx."""
+
+    @property
+    def fx(self) -> float:
+        """Focal length along u [px]."""
+        ...
+
+    @property
+    def fy(self) -> float:
+        """Focal length along v [px]."""
+        ...
+
+    @property
+    def cx(self) -> float:
+        """Principal point u [px]."""
+        ...
+
+    @property
+    def cy(self) -> float:
+        """Principal point v [px]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole camera by its four numbers [px]."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True)
+class LabelTable:
+    """What the numbers in a label image mean: 0 background, then the body parts, then the occluder classes.
+
+    Attributes:
+        parts: Names of the labels 1..n_parts.
+        occluders: Names of the labels n_parts+1..n_parts+n_occluders.
+        joints: Names of the joints, in the order of every joint array.
+    """
+
+    parts: tuple[str, ...]
+    occluders: tuple[str, ...]
+    joints: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts or not self.joints:
+            raise ValueError("a label table needs at least one body part and one joint")
+        if len(self.parts) + len(self.occluders) > 254:
+            raise ValueError(f"{len(self.parts)} parts and {len(self.occluders)} occluders exceed 254 labels")
+
+    @property
+    def n_parts(self) -> int:
+        """Number of body parts."""
+        return len(self.parts)
+
+    @property
+    def n_labels(self) -> int:
+        """Number of labels, the background not counted."""
+        return len(self.parts) + len(self.occluders)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+
+@dataclass(frozen=True)
+class DepthFrame:
+    """One training or test image: what the sensor sees, and the person alone.
+
+    Attributes:
+        depth: (height, width) uint16 along the optical axis [mm], 0 = nothing.
+        label: (height, width) uint8 by the label table, 0 where there is nothing.
+        body_depth: (height, width) uint16, the person without the objects [mm].
+        body_label: (height, width) uint8, parts of the person alone.
+        joints: (n_joints, 3) float32, camera frame [m].
+        is_occluded: (n_joints,) bool, an object hides the joint.
+        camera: Intrinsics.
+    """
+
+    depth: NDArray[np.uint16]
+    label: NDArray[np.uint8]
+    body_depth: NDArray[np.uint16]
+    body_label: NDArray[np.uint8]
+    joints: NDArray[np.float32]
+    is_occluded: NDArray[np.bool_]
+    camera: Pinhole
+
+
+class FrameSequence(Protocol):
+    """Frames by number, read one at a time, so that a corpus larger than memory can be learned from."""
+
+    @property
+    def labels(self) -> LabelTable:
+        """What the label images mean."""
+        ...
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        ...
+
+    def __getitem__(self, index: int, /) -> DepthFrame:
+        """Frame `index`, 0..len-1."""
+        ...
+
+
+@dataclass(frozen=True)
+class FrameBatch:
+    """A sequence of frames of one camera that lie in memory as arrays.
+
+    Attributes:
+        depth: (n, height, width) uint16 [mm], 0 = nothing.
+        label: (n, height, width) uint8 by the label table.
+        joints: (n, n_joints, 3) float32, camera frame [m].
+        camera: Intrinsics of all frames.
+        labels: What the label images and joints mean.
+        body_depth: (n, height, width) uint16, the person without the objects; None where nothing hides anyone:
+            then the occluders' pixels of `depth` are cut out.
+        body_label: (n, height, width) uint8, given with `body_depth`.
+        is_occluded: (n, n_joints) bool, an object hides the joint; None = none is hidden.
+    """
+
+    depth: NDArray[np.uint16]
+    label: NDArray[np.uint8]
+    joints: NDArray[np.float32]
+    camera: Pinhole
+    labels: LabelTable
+    body_depth: NDArray[np.uint16] | None = None
+    body_label: NDArray[np.uint8] | None = None
+    is_occluded: NDArray[np.bool_] | None = None
+
+    def __post_init__(self) -> None:
+        shape = self.depth.shape
+        if len(shape) != 3:
+            raise ValueError(f"depth has shape {shape}, must be (n, height, width)")
+        n_joints = self.labels.n_joints
+        _check("depth", self.depth, shape, np.uint16)
+        _check("label", self.label, shape, np.uint8)
+        _check("joints", self.joints, (shape[0], n_joints, 3), np.float32)
+        if (self.body_depth is None) != (self.body_label is None):
+            raise ValueError("body_depth and body_label must be given together")
+        if self.body_depth is not None:
+            _check("body_depth", self.body_depth, shape, np.uint16)
+            _check("body_label", self.body_label, shape, np.uint8)
+        if self.is_occluded is not None:
+            _check("is_occluded", self.is_occluded, (shape[0], n_joints), np.bool_)
+        if not np.isfinite(self.joints).all():
+            raise ValueError("joints must be finite")
+        if self.label.size and int(self.label.max()) > self.labels.n_labels:
+            raise ValueError(f"label {int(self.label.max())} is not in 0..{self.labels.n_labels}")
+
+    def __len__(self) -> int:
+        return len(self.depth)
+
+    def __getitem__(self, index: int) -> DepthFrame:
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index} is not in 0..{len(self) - 1}")
+        depth, label = self.depth[index], self.label[index]
+        if self.body_depth is None or self.body_label is None:
+            is_body = label <= self.labels.n_parts
+            body_depth, body_label = depth * is_body, label * is_body
+        else:
+            body_depth, body_label = self.body_depth[index], self.body_label[index]
+        is_occluded = np.zeros(self.labels.n_joints, bool) if self.is_occluded is None else self.is_occluded[index]
+        return DepthFrame(depth, label, body_depth, body_label, self.joints[index], is_occluded, self.camera)
+
+    def __iter__(self) -> Iterator[DepthFrame]:
+        return (self[i] for i in range(len(self)))
+
+
+def check_depth(depth: np.ndarray) -> NDArray[np.uint16]:
+    """A depth image as the forests read it.
+
+    Args:
+        depth: (height, width) integers [mm], 0 = nothing.
+
+    Returns:
+        (height, width) uint16, contiguous.
+
+    Raises:
+        ValueError: Another shape, or values that are no integer millimetres up to 65,535.
+    """
+    image = np.asarray(depth)
+    if image.ndim != 2 or 0 in image.shape:
+        raise ValueError(f"depth has shape {image.shape}, must be (height, width)")
+    if image.dtype == np.uint16:
+        return np.ascontiguousarray(image)
+    if not np.issubdtype(image.dtype, np.integer):
+        raise ValueError(f"depth is {image.dtype}, must be integer millimetres (0 = nothing); metres times 1000?")
+    if image.min() < 0 or image.max() > 65535:
+        raise ValueError(f"depth spans {image.min()}..{image.max()}, must be in 0..65535 millimetres")
+    return image.astype(np.uint16)
+
+
+def _check(name: str, values: np.ndarray | None, shape: tuple[int, ...], dtype: type) -> None:
+    if values is None or values.shape != shape or values.dtype != dtype:
+        given = "None" if values is None else f"{values.dtype} {values.shape}"
+        raise ValueError(f"{name} is {given}, must be {np.dtype(dtype).name} {shape}")

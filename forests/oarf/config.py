@@ -1,0 +1,37 @@
+"""Settings of a regression forest."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from forests.growing import GrowthConfig
+
+Mode = Literal["baseline", "occluders", "semantic"]
+"""baseline: learned from bodies alone (Girshick et al. 2011). occluders: objects' pixels are one class.
+semantic: each class of objects is one (Rafi et al. 2015, section 3.2)."""
+
+
+@dataclass(frozen=True)
+class OARFConfig:
+    """How a regression forest is trained and asked.
+
+    Attributes:
+        mode: What is known of occluders.
+        n_trees: Trees.
+        seed: Of pixels and features.
+        n_pixels: Pixels drawn from the person in a training frame.
+        n_occluder_pixels: Pixels drawn from objects in a training frame (not for the baseline).
+        leaf_bandwidth_m: b of the leaves' mean shift [m].
+        n_modes: Modes kept a joint in a leaf, for body and for occluder samples each.
+        n_voting_pixels: Pixels that vote in a frame.
+        growth: How a tree is grown.
+    """
+
+    mode: Mode = "semantic"
+    n_trees: int = 3
+    seed: int = 0
+    n_pixels: int = 1000
+    n_occluder_pixels: int = 1000
+    leaf_bandwidth_m: float = 0.05
+    n_modes: int = 2
+    n_voting_pixels: int = 1000
+    growth: GrowthConfig = field(default_factory=GrowthConfig)

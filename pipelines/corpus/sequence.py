@@ -1,0 +1,52 @@
+"""A corpus as the forests' sequence of frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.frames import DepthFrame, LabelTable
+from pipelines.corpus.layers import body_layer
+from pipelines.corpus.read import Corpus
+from synth.vocabulary import JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, PART_NAMES, JointState
+
+LABELS = LabelTable(PART_NAMES[1:], OCCLUDER_CLASSES[1:], JOINT_NAMES)
+"""Body parts are 1..31; occluder class c is label 31 + c."""
+
+_IMAGES = ("depth", "part", "occluder", "hidden_depth", "hidden_part")
+
+
+@dataclass(frozen=True)
+class CorpusFrames:
+    """Some frames of a corpus, read one at a time.
+
+    Attributes:
+        corpus: An open corpus.
+        indices: (n,) frame numbers.
+        sensor: Sensor model for the composite's depth; None = clean.
+    """
+
+    corpus: Corpus
+    indices: NDArray[np.int64]
+    sensor: str | None = None
+
+    @property
+    def labels(self) -> LabelTable:
+        """What the label images mean."""
+        return LABELS
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def __getitem__(self, place: int) -> DepthFrame:
+        number = int(self.indices[place])
+        depth, part, occluder, *hidden = (self.corpus.arrays(name, [number])[0] for name in _IMAGES)
+        body_depth, body_part = body_layer(depth, part, *hidden)
+        label = part + (occluder + np.uint8(N_PARTS)) * (occluder > 0)
+        if self.sensor is not None:
+            depth = self.corpus.arrays("depth", [number], self.sensor)[0]
+        state = self.corpus.arrays("joint_state", [number])[0]
+        joints = self.corpus.arrays("joints", [number])[0]
+        is_occluded = state == JointState.OCCLUDED
+        camera = self.corpus.camera(number)
+        return DepthFrame(depth, label, body_depth, body_part, joints, is_occluded, camera)
