@@ -182,6 +182,30 @@ class FrameBatch:
         return (self[i] for i in range(len(self)))
 
 
+@dataclass(frozen=True)
+class FrameSubset:
+    """Some frames of a sequence, in the order given.
+
+    Attributes:
+        frames: The sequence.
+        indices: Numbers in it.
+    """
+
+    frames: FrameSequence
+    indices: tuple[int, ...]
+
+    @property
+    def labels(self) -> LabelTable:
+        """What the label images mean."""
+        return self.frames.labels
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def __getitem__(self, index: int) -> DepthFrame:
+        return self.frames[self.indices[index]]
+
+
 def check_depth(depth: np.ndarray) -> NDArray[np.uint16]:
     """A depth image as the forests read it.
 
