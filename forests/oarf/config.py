@@ -1,7 +1,7 @@
 """Settings of a regression forest."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 from forests.growing import GrowthConfig
 
@@ -35,3 +35,16 @@ class OARFConfig:
     n_modes: int = 2
     n_voting_pixels: int = 1000
     growth: GrowthConfig = field(default_factory=GrowthConfig)
+
+    def __post_init__(self) -> None:
+        if self.mode not in get_args(Mode):
+            raise ValueError(f"mode {self.mode!r} is unknown; known are {', '.join(get_args(Mode))}")
+        for name, least in _LEAST.items():
+            value = getattr(self, name)
+            if value < least:
+                raise ValueError(f"{name}={value} must be at least {least}")
+        if not 0.001 <= self.leaf_bandwidth_m <= 1.0:
+            raise ValueError(f"leaf_bandwidth_m={self.leaf_bandwidth_m} must be in 0.001..1 m")
+
+
+_LEAST = {"n_trees": 1, "seed": 0, "n_pixels": 1, "n_occluder_pixels": 0, "n_modes": 1, "n_voting_pixels": 1}
