@@ -1,14 +1,24 @@
 """The depth comparison feature of Shotton et al. 2011 (equation 1): two probes, scaled by the pixel's depth."""
 
-import math
-
 import numpy as np
 from numba import int32, njit
 
-from forests.hashing import hash4, splitmix64, unit_float
+from forests.hashing import hash4
 
 FEATURE_LIMIT_MM = 2000
 """Differences are cut to +-this [mm]: beyond it, one probe is off the person, and how far does not matter."""
+
+_N_DIRECTIONS = 1024
+_DIRECTIONS = np.stack(
+    [
+        np.cos(np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)),
+        np.sin(np.arange(_N_DIRECTIONS) * (2 * np.pi / _N_DIRECTIONS)),
+    ],
+    axis=1,
+).astype(np.float32)
+_DIRECTION_BITS = np.uint64(_N_DIRECTIONS - 1)
+_LENGTH_BITS = np.uint64(2**20 - 1)
+_LENGTH_STEP = 1.0 / 2**20
 
 
 @njit(cache=True, nogil=True)
@@ -26,16 +36,21 @@ def draw_feature(seed: int, tree: int, node: int, candidate: int, max_offset: fl
         out: (4,) float32 (ux, uy, vx, vy) [m] to fill.
     """
     key = hash4(seed, tree, node, candidate)
-    for probe in range(2):
-        key = splitmix64(key)
-        angle = 2.0 * math.pi * unit_float(key)
-        key = splitmix64(key)
-        length = max_offset * unit_float(key)
-        out[2 * probe] = np.float32(length * math.cos(angle))
-        out[2 * probe + 1] = np.float32(length * math.sin(angle))
-    if splitmix64(key) & np.uint64(1):
+    for probe_idx in range(2):
+        direction = key & _DIRECTION_BITS
+        length = np.float32(max_offset * _LENGTH_STEP * float((key >> np.uint64(10)) & _LENGTH_BITS))
+        out[2 * probe_idx] = length * _DIRECTIONS[direction, 0]
+        out[2 * probe_idx + 1] = length * _DIRECTIONS[direction, 1]
+        key >>= np.uint64(30)
+    if key & np.uint64(1):
         out[2] = 0.0
         out[3] = 0.0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def pixels_per_metre(focal_px: float, z_mm: int) -> np.float32:
+    """What scales an offset in metres to pixels at a depth, float32: focal length [px] / depth [m]."""
+    return np.float32(focal_px) * np.float32(1000.0) / np.float32(z_mm)
 
 
 @njit(cache=True, nogil=True)

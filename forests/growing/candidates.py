@@ -1,0 +1,104 @@
+"""One candidate feature on a node's samples: its values, and the values in bins."""
+
+import numpy as np
+from numba import int32, njit
+
+from forests.features import FEATURE_LIMIT_MM, difference, probe_places
+from forests.growing.buffers import NodeSamples
+
+_N_RANGE_SAMPLES = 16
+"""The least and the greatest of so many values span about the inner 90 % of all, without sorting."""
+
+
+@njit(cache=True, nogil=True)
+def candidate_values(
+    pixels: np.ndarray, node: NodeSamples, feature: np.ndarray, places: np.ndarray, values: np.ndarray
+) -> None:
+    """Evaluates one feature on every sample (equation 1, without the threshold).
+
+    Args:
+        pixels: (n_pixels,) uint16, `Crops.pixels`.
+        node: (m,) samples.
+        feature: (4,) float32 (ux, uy, vx, vy) [m].
+        places: (m,) int32, scratch.
+        values: (m,) int32 to fill [mm].
+    """
+    x, y, fx_z, fy_z = node.x, node.y, node.fx_z, node.fy_z
+    right, bottom, width, start, z_mm = node.right, node.bottom, node.width, node.start, node.z_mm
+    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[0], feature[1], places)
+    for i in range(len(values)):
+        values[i] = pixels[start[i] + places[i]]
+    if feature[2] == 0.0 and feature[3] == 0.0:
+        for i in range(len(values)):
+            values[i] = difference(values[i], z_mm[i])
+        return
+    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[2], feature[3], places)
+    for i in range(len(values)):
+        places[i] = pixels[start[i] + places[i]]
+    for i in range(len(values)):
+        values[i] = difference(values[i], places[i])
+
+
+@njit(cache=True, nogil=True)
+def inner_range(values: np.ndarray) -> tuple[int, int]:
+    """(low, high) [mm] of about the inner 90 % of the values that are not cut; (0, 0) if all looked at are."""
+    low, high = int32(FEATURE_LIMIT_MM), int32(-FEATURE_LIMIT_MM)
+    n = len(values)
+    n_seen = min(n, _N_RANGE_SAMPLES)
+    for k in range(n_seen):
+        value = values[k * n // n_seen]
+        if abs(value) < FEATURE_LIMIT_MM:
+            low = min(low, value)
+            high = max(high, value)
+    if low > high:
+        return int32(0), int32(0)
+    return low, high
+
+
+@njit(cache=True, nogil=True, inline="always")
+def bin_scale(low: int, high: int, n_inner: int) -> np.float32:
+    """Bins a millimetre, float32."""
+    return np.float32(n_inner) / np.float32(high - low + 1)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def inner_bin(value: int, low: int, high: int, scale: float) -> int:
+    """Bin of a value that is not cut, 0..n_inner-1; values outside the range lie in the outermost bins."""
+    return int32(np.float32(int32(min(max(value, low), high) - low)) * scale)
+
+
+@njit(cache=True, nogil=True)
+def bin_values(values: np.ndarray, low: int, high: int, n_inner: int, stride: int, bins: np.ndarray) -> None:
+    """Bins values: 0 = cut at the lower limit, 1..n_inner, n_inner + 1 = cut at the upper limit.
+
+    Args:
+        values: (m,) int32 [mm].
+        low: Of the inner range [mm], int32.
+        high: Of the inner range [mm], int32.
+        n_inner: Bins between the two extreme ones.
+        stride: Factor of the bin's number, so that it is the place of the bin's row.
+        bins: (m,) int32 to fill, bin * stride.
+    """
+    scale = bin_scale(low, high, n_inner)
+    for i in range(len(values)):
+        value = values[i]
+        number = inner_bin(value, low, high, scale) + int32(1)
+        if value == -FEATURE_LIMIT_MM:
+            number = int32(0)
+        if value == FEATURE_LIMIT_MM:
+            number = int32(n_inner + 1)
+        bins[i] = int32(number * stride)
+
+
+@njit(cache=True, nogil=True)
+def bin_threshold(number: int, low: int, high: int, n_inner: int) -> int:
+    """The greatest value [mm] of bin `number` or a lower one: what lies above goes to the right child."""
+    if number == 0:
+        return -FEATURE_LIMIT_MM
+    if number == n_inner:
+        return FEATURE_LIMIT_MM - 1
+    scale = bin_scale(low, high, n_inner)
+    value = int32(low)
+    while value < high and inner_bin(int32(value + 1), low, high, scale) + 1 <= number:
+        value = int32(value + 1)
+    return value

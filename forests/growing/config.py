@@ -1,0 +1,53 @@
+"""How a tree is grown."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class GrowthConfig:
+    """How a tree is grown.
+
+    A node's candidates are judged twice, so that many can be tried in every node: all of them on a few samples,
+    the best of them on many.
+
+    Attributes:
+        max_depth: Decisions on the longest way down.
+        n_candidates: Features drawn per node.
+        n_thresholds: Thresholds tried per feature.
+        max_samples_per_split: Samples of a node that the finalists are judged on; a larger node is judged on so
+            many, drawn by hash.
+        n_racing_samples: Samples of a node that all candidates are judged on first.
+        n_finalists: Candidates that are judged again.
+        min_samples_leaf: Fewest samples of a child.
+        max_offset_m: Longest offset of a probe [m].
+    """
+
+    max_depth: int = 20
+    n_candidates: int = 2000
+    n_thresholds: int = 32
+    max_samples_per_split: int = 5000
+    n_racing_samples: int = 64
+    n_finalists: int = 100
+    min_samples_leaf: int = 5
+    max_offset_m: float = 0.6
+
+    def __post_init__(self) -> None:
+        for name, (least, most) in _RANGES.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise ValueError(f"{name}={value} must be in {least}..{most}")
+        if not (math.isfinite(self.max_offset_m) and 0.0 < self.max_offset_m <= 10.0):
+            raise ValueError(f"max_offset_m={self.max_offset_m} must be above 0 and at most 10 m")
+
+
+_RANGES = {
+    "max_depth": (0, 60),
+    "n_candidates": (1, 2**20),
+    "n_thresholds": (3, 256),
+    "max_samples_per_split": (2, 2**24),
+    "n_racing_samples": (2, 2**24),
+    "n_finalists": (1, 2**20),
+    "min_samples_leaf": (1, 2**31 - 1),
+}
+"""A node at depth 60 still has a number in the full binary tree that fits into int64."""

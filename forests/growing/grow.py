@@ -1,0 +1,168 @@
+"""Growing one tree on several threads, with the same result for any number of them."""
+
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.crops import Crops
+from forests.growing.buffers import Target
+from forests.growing.config import GrowthConfig
+from forests.growing.numbering import GrownTree, numbered
+from forests.growing.splitting import Rules
+from forests.growing.subtree import GrownNodes, grow_nodes
+from forests.samples import Samples
+
+DIRECTION_ONE = 16384
+"""int16 of a unit along one axis of a direction."""
+
+_SUBTREE_SAMPLES = 32768
+"""A node with more samples is a task of its own; with fewer, all of its subtree is one task."""
+
+
+class _Task(NamedTuple):
+    node: int
+    depth: int
+    begin: int
+    end: int
+
+
+def grow_class_tree(
+    crops: Crops,
+    samples: Samples,
+    classes: NDArray[np.uint8],
+    n_classes: int,
+    config: GrowthConfig,
+    seed: int,
+    tree: int,
+    n_threads: int,
+    on_samples: Callable[[int], object] = lambda n: None,
+) -> GrownTree:
+    """Grows one tree by information gain on Shannon entropy (equations 2-4).
+
+    The result depends on (seed, tree) and the data alone, not on n_threads. Beside crops, samples and classes it
+    takes 8 bytes a sample, 4 more for a moment at the root, and 100 bytes a node.
+
+    Args:
+        crops: Images; may be mapped from a file.
+        samples: (n,) pixels in order of frame, row and column.
+        classes: (n,) uint8, 0..n_classes-1.
+        n_classes: Classes, 1..256.
+        config: How.
+        seed: Of the forest.
+        tree: The tree's number.
+        n_threads: Threads.
+        on_samples: Called, from the calling thread, with the number of further samples that reached their leaf.
+
+    Raises:
+        ValueError: No samples, or classes that do not fit them.
+    """
+    if not 1 <= n_classes <= 256:
+        raise ValueError(f"n_classes={n_classes} must be in 1..256")
+    if classes.shape != samples.frame.shape or classes.dtype != np.uint8:
+        raise ValueError(f"classes are {classes.dtype} {classes.shape}, must be uint8 {samples.frame.shape}")
+    if len(classes) and classes.max() >= n_classes:
+        raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
+    target = Target(np.ascontiguousarray(classes), n_classes, np.empty((0, 3), np.int16))
+    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
+
+
+def grow_direction_tree(
+    crops: Crops,
+    samples: Samples,
+    directions: NDArray[np.int16],
+    config: GrowthConfig,
+    seed: int,
+    tree: int,
+    n_threads: int,
+    on_samples: Callable[[int], object] = lambda n: None,
+) -> GrownTree:
+    """Grows one tree by the fall of the summed squared deviation of unit directions.
+
+    Args:
+        crops: Images; may be mapped from a file.
+        samples: (n,) pixels in order of frame, row and column.
+        directions: (n, 3) int16, unit vectors times DIRECTION_ONE.
+        config: How.
+        seed: Of the forest.
+        tree: The tree's number.
+        n_threads: Threads; the tree is the same for any number.
+        on_samples: Called, from the calling thread, with the number of further samples that reached their leaf.
+
+    Raises:
+        ValueError: No samples, or directions that do not fit them.
+    """
+    shape = (len(samples.frame), 3)
+    if directions.shape != shape or directions.dtype != np.int16:
+        raise ValueError(f"directions are {directions.dtype} {directions.shape}, must be int16 {shape}")
+    target = Target(np.empty(0, np.uint8), 0, np.ascontiguousarray(directions))
+    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
+
+
+def _grow(
+    crops: Crops,
+    samples: Samples,
+    target: Target,
+    config: GrowthConfig,
+    seed: int,
+    tree: int,
+    n_threads: int,
+    on_samples: Callable[[int], object],
+) -> GrownTree:
+    n = len(samples.frame)
+    if not 1 <= n < 2**31:
+        raise ValueError(f"{n} samples given, must be 1..{2**31 - 1}")
+    if n_threads < 1:
+        raise ValueError(f"n_threads={n_threads} must be at least 1")
+    if min(seed, tree) < 0:
+        raise ValueError(f"seed={seed} and tree={tree} must be at least 0")
+    rules = Rules(
+        seed,
+        tree,
+        config.max_depth,
+        config.n_candidates,
+        config.n_thresholds,
+        config.max_samples_per_split,
+        config.n_racing_samples,
+        config.n_finalists,
+        config.min_samples_leaf,
+        config.max_offset_m,
+    )
+    order = np.arange(n, dtype=np.int32)
+    stop = np.zeros(1, np.bool_)
+
+    def run(task: _Task) -> tuple[GrownNodes, list[_Task]]:
+        max_nodes = 1 if task.end - task.begin > _SUBTREE_SAMPLES else 2**62
+        grown, further = grow_nodes(crops, samples, target, order, *task, max_nodes, rules, stop)
+        return grown, [_Task(*row) for row in further.tolist()]
+
+    parts = _run_tasks(run, _Task(1, 0, 0, n), n_threads, stop, on_samples)
+    return numbered(GrownNodes(*(np.concatenate(column) for column in zip(*parts, strict=True))), order)
+
+
+def _run_tasks(
+    run: Callable[[_Task], tuple[GrownNodes, list[_Task]]],
+    root: _Task,
+    n_threads: int,
+    stop: NDArray[np.bool_],
+    on_samples: Callable[[int], object],
+) -> list[GrownNodes]:
+    """Runs a task and those that come out of it; an exception stops the workers."""
+    parts: list[GrownNodes] = []
+    with ThreadPoolExecutor(n_threads) as pool:
+        try:
+            running = {pool.submit(run, root)}
+            while running:
+                done, running = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    grown, further = future.result()
+                    parts.append(grown)
+                    running |= {pool.submit(run, task) for task in further}
+                    on_samples(int((grown.end - grown.begin)[~grown.is_split].sum()))
+        except BaseException:
+            stop[0] = True
+            pool.shutdown(cancel_futures=True)
+            raise
+    return parts
