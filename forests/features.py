@@ -25,7 +25,8 @@ _LENGTH_STEP = 1.0 / 2**20
 def draw_feature(seed: int, tree: int, node: int, candidate: int, max_offset: float, out: np.ndarray) -> None:
     """Draws the offsets of one candidate from (seed, tree, node, candidate) alone.
 
-    Direction and length are uniform; in half of the candidates the second probe is the pixel itself.
+    Direction and length are uniform; in half of the candidates the second probe has no offset: it reads the
+    sample's own depth, which for a point off the surface is not the depth of its pixel.
 
     Args:
         seed: Of the forest.

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import int32, njit
 from numpy.typing import NDArray
 
 from forests.crops import Crops
@@ -117,7 +117,9 @@ def _partition(
         fy_z = pixels_per_metre(crops.intrinsics[frame, 1], samples.z_mm[s])
         start, width, height = crops.start[frame], crops.width[frame], crops.height[frame]
         u = probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[0], feature[1])
-        v = probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[2], feature[3])
+        v = int32(samples.z_mm[s])
+        if feature[2] != 0.0 or feature[3] != 0.0:
+            v = int32(probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[2], feature[3]))
         if difference(u, v) > threshold:
             moved[n_right] = s
             n_right += 1
