@@ -38,14 +38,16 @@ COMMANDS = {
     "generate": Command("pipelines.generate", "GenerateSettings", "make a corpus of labelled depth frames"),
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
     "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
+    "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
 }
 
 
 def usage() -> str:
     """The help text."""
     lines = ["usage: undergrowth COMMAND [OPTIONS]", "", "commands:"]
-    lines += [f"  {name:<10} {command.summary}" for name, command in COMMANDS.items()]
+    lines += [f"  {name:<13} {command.summary}" for name, command in COMMANDS.items()]
     lines += ["", "undergrowth COMMAND --help lists its options."]
     return "\n".join(lines)
 
@@ -60,22 +62,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not words or words[0] in ("-h", "--help"):
         print(usage())
         return 0 if words else 2
-    if words[0] not in COMMANDS:
-        print(
-            f"undergrowth: error: unknown command {words[0]!r}; known are {', '.join(COMMANDS)}", file=sys.stderr
-        )
+    n_words = 2 if any(name.startswith(words[0] + " ") for name in COMMANDS) else 1
+    name = " ".join(words[:n_words])
+    if name not in COMMANDS:
+        print(f"undergrowth: error: unknown command {name!r}; known are {', '.join(COMMANDS)}", file=sys.stderr)
         return 2
     _one_thread_for_small_matrices()
     _log_to_stdout()
-    return _run(words)
+    return _run(name, words[n_words:])
 
 
-def _run(words: list[str]) -> int:
+def _run(name: str, words: list[str]) -> int:
     """Runs a known command; what the user can mend becomes one line."""
     from pipelines.errors import UserError
 
     try:
-        return _settings(words[0], words[1:]).run()
+        return _settings(name, words).run()
     except KeyboardInterrupt:
         print("undergrowth: interrupted", file=sys.stderr)
         return 130

@@ -116,7 +116,7 @@ def _padded(results: Results, n_proposals: int) -> Results:
 
 
 def _ranked(results: Results) -> Results:
-    ranks = np.zeros(results.proposal_confidence.shape, np.float32)
+    ranks: NDArray[np.float32] = np.zeros_like(results.proposal_confidence)
     is_made = np.isfinite(results.proposals[..., 0])
     for joint in range(ranks.shape[1]):
         row, place = np.nonzero(is_made[:, joint])

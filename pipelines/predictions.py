@@ -1,0 +1,137 @@
+"""Asks a model for the joints, and the labels of pixels, in many frames of a corpus."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.estimate import JointEstimate
+from forests.frames import Pinhole
+from forests.oarf.classes import ClassTable
+from pipelines.corpus.sequence import CorpusFrames
+from pipelines.errors import UserError
+from pipelines.metrics.pixels import Confusion, count_pixels
+from pipelines.results import Results, Truths
+
+
+class JointPredictor(Protocol):
+    """What finds joints; it may be asked from several threads at once."""
+
+    def predict(self, depth: NDArray[np.uint16], camera: Pinhole) -> JointEstimate:
+        """The joints in a (height, width) depth image [mm]."""
+        ...
+
+
+class PixelLabeller(Protocol):
+    """What labels pixels."""
+
+    def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
+        """(height, width) class + 1 of every pixel with depth, 0 elsewhere."""
+        ...
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A model as it is scored.
+
+    Attributes:
+        method: Its name.
+        predictor: Finds joints, and labels pixels if `classes` is given.
+        joints: Names of the joints that it answers, in its order; others are not scored.
+        classes: What it calls pixels; None if it labels none.
+    """
+
+    method: str
+    predictor: JointPredictor
+    joints: tuple[str, ...]
+    classes: ClassTable | None = None
+
+
+def contestant_of(method: str, predictor: Any) -> Contestant:
+    """A forest's predictor as a contestant, with the joints and classes that its model names."""
+    model = predictor.model
+    classes = model.classes if hasattr(predictor, "label_pixels") else None
+    return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes)
+
+
+class _Answer(NamedTuple):
+    estimate: JointEstimate
+    seconds: float
+    pixels: NDArray[np.int64] | None
+
+
+def predict_frames(
+    contestant: Contestant,
+    frames: CorpusFrames,
+    truths: Truths,
+    n_threads: int = 1,
+    on_frame: Callable[[], object] = lambda: None,
+) -> tuple[Results, Confusion | None]:
+    """Asks a model about every frame.
+
+    Args:
+        contestant: The model.
+        frames: The frames.
+        truths: What is true there.
+        n_threads: Frames in work at a time; the answers do not depend on it.
+        on_frame: Told of each frame that is done.
+
+    Returns:
+        The answers on the model's joints, and its labels of pixels if it gives any.
+
+    Raises:
+        UserError: A joint that the corpus does not have, or an answer of another shape.
+    """
+    if not len(frames):
+        raise UserError("there are no frames to be scored on")
+    own = truths.of_joints(contestant.joints)
+    # The first answer may load or compile kernels; that is not the model's time.
+    _ask(contestant, frames, 0)
+    answers = []
+    with ThreadPoolExecutor(n_threads) as pool:
+        for answer in pool.map(lambda place: _ask(contestant, frames, place), range(len(frames))):
+            answers.append(answer)
+            on_frame()
+    return _results(contestant.method, own, answers), _confusion(contestant, frames, answers)
+
+
+def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
+    frame = frames[place]
+    begun = time.thread_time()
+    estimate = contestant.predictor.predict(frame.depth, frame.camera)
+    seconds = time.thread_time() - begun
+    n_joints = len(contestant.joints)
+    if estimate.proposals.ndim != 3 or estimate.proposals.shape[::2] != (n_joints, 3):
+        shape = estimate.proposals.shape
+        raise UserError(f"{contestant.method} answers proposals {shape}, must be ({n_joints}, n_proposals, 3)")
+    if contestant.classes is None:
+        return _Answer(estimate, seconds, None)
+    given = cast("PixelLabeller", contestant.predictor).label_pixels(frame.depth, frame.camera)
+    counts = count_pixels(frame.label, given, frames.labels.n_labels, contestant.classes.n_classes)
+    return _Answer(estimate, seconds, counts)
+
+
+def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
+    estimates = [answer.estimate for answer in answers]
+    return Results(
+        method,
+        truths,
+        proposals=np.stack([item.proposals for item in estimates]).astype(np.float32),
+        proposal_confidence=np.stack([item.proposal_confidence for item in estimates]).astype(np.float32),
+        probability=np.stack([item.probability for item in estimates]).astype(np.float32),
+        hidden_probability=np.stack([item.hidden_probability for item in estimates]).astype(np.float32),
+        seconds=np.array([answer.seconds for answer in answers], np.float32),
+    )
+
+
+def _confusion(contestant: Contestant, frames: CorpusFrames, answers: list[_Answer]) -> Confusion | None:
+    counts = [answer.pixels for answer in answers if answer.pixels is not None]
+    if contestant.classes is None or not counts:
+        return None
+    labels = frames.labels
+    total = np.stack(counts).sum(axis=0)
+    return Confusion(total, (*labels.parts, *labels.occluders), contestant.classes.names, labels.n_parts)
