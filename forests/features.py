@@ -80,6 +80,43 @@ def probe_places(
         out[i] = int32(row) * width[i] + int32(column)
 
 
+@njit(cache=True, nogil=True)
+def feature_values(
+    pixels: np.ndarray, x: np.ndarray, y: np.ndarray, fx_z: np.ndarray, fy_z: np.ndarray, right: np.ndarray,
+    bottom: np.ndarray, width: np.ndarray, start: np.ndarray, z_mm: np.ndarray, feature: np.ndarray,
+    places: np.ndarray, values: np.ndarray,
+) -> None:  # fmt: skip
+    """One feature of many pixels (equation 1, without the threshold); arguments as in `probe_places`.
+
+    Args:
+        pixels: (n_pixels,) uint16, `Crops.pixels`.
+        x: (n,) float32.
+        y: (n,) float32.
+        fx_z: (n,) float32.
+        fy_z: (n,) float32.
+        right: (n,) float32.
+        bottom: (n,) float32.
+        width: (n,) int32.
+        start: (n,) int64, where the pixel's crop starts.
+        z_mm: (n,) int32, the pixels' own depth: what a probe without an offset reads.
+        feature: (4,) float32 (ux, uy, vx, vy) [m].
+        places: (n,) int32, scratch.
+        values: (n,) int32 to fill [mm].
+    """
+    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[0], feature[1], places)
+    for i in range(len(values)):
+        values[i] = pixels[start[i] + places[i]]
+    if feature[2] == 0.0 and feature[3] == 0.0:
+        for i in range(len(values)):
+            values[i] = difference(values[i], z_mm[i])
+        return
+    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[2], feature[3], places)
+    for i in range(len(values)):
+        places[i] = pixels[start[i] + places[i]]
+    for i in range(len(values)):
+        values[i] = difference(values[i], places[i])
+
+
 @njit(cache=True, nogil=True, inline="always")
 def difference(first: int, second: int) -> int:
     """Depth at the first probe minus depth at the second [mm], cut to +-FEATURE_LIMIT_MM."""

@@ -7,9 +7,9 @@ from numba import int32, njit
 from numpy.typing import NDArray
 
 from forests.crops import Crops
-from forests.features import draw_feature
+from forests.features import draw_feature, feature_values
+from forests.growing.bins import bin_threshold, bin_values, inner_range
 from forests.growing.buffers import NodeSamples, Target, empty_buffers, first, gather_node
-from forests.growing.candidates import bin_threshold, bin_values, candidate_values, inner_range
 from forests.growing.gain import direction_gain, entropy_gain
 from forests.samples import Samples
 
@@ -59,6 +59,24 @@ class Scratch(NamedTuple):
     n_log_n: NDArray[np.float64]
 
 
+class Judged(NamedTuple):
+    """The best candidate.
+
+    Attributes:
+        gain: Times samples; 0 if there is none.
+        candidate: Its number, or -1.
+        last_bin: The greatest bin that goes left.
+        low: Of the inner range [mm].
+        high: Of the inner range [mm].
+    """
+
+    gain: float
+    candidate: int
+    last_bin: int
+    low: int
+    high: int
+
+
 @njit(cache=True, nogil=True)
 def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
     """Memory for splitting nodes of up to n samples."""
@@ -103,37 +121,32 @@ def best_split(
     n_columns = _count_columns(target, members, scratch.column_of)
     if target.n_classes and n_columns == 1:
         return False, 0
-    gains = scratch.gains
     n_racing = min(len(members), rules.n_racing_samples)
     m = min(len(members), rules.max_samples)
-    least = -np.inf
+    scratch.gains[:] = 0.0
+    least, n_final = 0.0, rules.n_candidates
     if n_racing < m and rules.n_finalists < rules.n_candidates:
         race = _gathered(crops, samples, target, members, n_racing, node, rules, scratch)
-        for candidate in range(rules.n_candidates):
-            draw_feature(rules.seed, rules.tree, node, candidate, rules.max_offset, scratch.feature)
-            gains[candidate] = _judge(
-                crops.pixels, race, target, n_columns, _n_inner(n_racing, rules), 1, scratch
-            )[0]
-        least = np.partition(gains, rules.n_candidates - rules.n_finalists)[rules.n_candidates - rules.n_finalists]
+        _judge(crops.pixels, race, target.n_classes, n_columns, node, 1, least, rules.n_candidates, rules, scratch)
+        place = rules.n_candidates - rules.n_finalists
+        least, n_final = np.partition(scratch.gains, place)[place], rules.n_finalists
     final = _gathered(crops, samples, target, members, m, node, rules, scratch)
-    n_inner = _n_inner(m, rules)
-    best, winner, n_judged = 0.0, -1, 0
-    best_bin, best_low, best_high = 0, int32(0), int32(0)
-    for candidate in range(rules.n_candidates):
-        if least > -np.inf and (gains[candidate] < least or n_judged == rules.n_finalists):
-            continue
-        n_judged += 1
-        draw_feature(rules.seed, rules.tree, node, candidate, rules.max_offset, scratch.feature)
-        gain, last_bin, low, high = _judge(
-            crops.pixels, final, target, n_columns, n_inner, rules.min_samples_leaf, scratch
-        )
-        if gain > best:
-            best, winner = gain, candidate
-            best_bin, best_low, best_high = last_bin, low, high
-    if winner < 0 or best <= 1e-9 * m:
+    best = _judge(
+        crops.pixels,
+        final,
+        target.n_classes,
+        n_columns,
+        node,
+        rules.min_samples_leaf,
+        least,
+        n_final,
+        rules,
+        scratch,
+    )
+    if best.gain <= 1e-9 * m:
         return False, 0
-    draw_feature(rules.seed, rules.tree, node, winner, rules.max_offset, scratch.feature)
-    return True, bin_threshold(best_bin, best_low, best_high, n_inner)
+    draw_feature(rules.seed, rules.tree, node, best.candidate, rules.max_offset, scratch.feature)
+    return True, bin_threshold(best.last_bin, best.low, best.high, _n_inner(m, rules))
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -175,20 +188,36 @@ def _gathered(
 
 @njit(cache=True, nogil=True)
 def _judge(
-    pixels: np.ndarray, node: NodeSamples, target: Target, n_columns: int, n_inner: int, min_samples: int,
-    scratch: Scratch,
-) -> tuple[float, int, int, int]:  # fmt: skip
-    """(gain, last bin of the left side, low, high) of the feature in `scratch.feature`."""
+    pixels: np.ndarray, node: NodeSamples, n_classes: int, n_columns: int, number: int, min_samples: int,
+    least: float, max_judged: int, rules: Rules, scratch: Scratch,
+) -> Judged:  # fmt: skip
+    """The best of the candidates whose gain so far, in `scratch.gains`, is not below `least`; writes their gains.
+
+    Arrays are taken out of their tuples before the loop: inside it, that would cost more than a few probes.
+    """
     m = len(node.x)
-    places, values = scratch.places[:m], scratch.values[:m]
-    candidate_values(pixels, node, scratch.feature, places, values)
-    low, high = inner_range(values)
-    bin_values(values, low, high, n_inner, n_columns, places)
-    if target.n_classes:
-        total = scratch.total[:n_columns]
-        gain, last = entropy_gain(
-            places, node.column, total, n_inner + 2, min_samples, scratch.n_log_n, scratch.counts, scratch.left
-        )
-    else:
-        gain, last = direction_gain(places, node.direction, n_inner + 2, min_samples, scratch.sums)
-    return gain, last, low, high
+    x, y, fx_z, fy_z = node.x, node.y, node.fx_z, node.fy_z
+    right, bottom, width, start, z_mm = node.right, node.bottom, node.width, node.start, node.z_mm
+    column, direction = node.column, node.direction
+    places, values, feature = scratch.places[:m], scratch.values[:m], scratch.feature
+    total, left, counts, sums = scratch.total[:n_columns], scratch.left, scratch.counts, scratch.sums
+    n_log_n, gains = scratch.n_log_n, scratch.gains
+    n_inner = _n_inner(m, rules)
+    best, winner, best_bin, best_low, best_high = 0.0, -1, 0, int32(0), int32(0)
+    n_judged = 0
+    for candidate in range(rules.n_candidates):
+        if gains[candidate] < least or n_judged == max_judged:
+            continue
+        n_judged += 1
+        draw_feature(rules.seed, rules.tree, number, candidate, rules.max_offset, feature)
+        feature_values(pixels, x, y, fx_z, fy_z, right, bottom, width, start, z_mm, feature, places, values)
+        low, high = inner_range(values)
+        bin_values(values, low, high, n_inner, n_columns, places)
+        if n_classes:
+            gain, last_bin = entropy_gain(places, column, total, n_inner + 2, min_samples, n_log_n, counts, left)
+        else:
+            gain, last_bin = direction_gain(places, direction, n_inner + 2, min_samples, sums)
+        gains[candidate] = gain
+        if gain > best:
+            best, winner, best_bin, best_low, best_high = gain, candidate, last_bin, low, high
+    return Judged(best, winner, best_bin, best_low, best_high)

@@ -1,45 +1,15 @@
-"""One candidate feature on a node's samples: its values, and the values in bins."""
+"""The values of one candidate feature in bins, and the thresholds between them."""
 
 import numpy as np
 from numba import int32, njit
 
-from forests.features import FEATURE_LIMIT_MM, difference, probe_places
-from forests.growing.buffers import NodeSamples
+from forests.features import FEATURE_LIMIT_MM
 
 _N_RANGE_SAMPLES = 16
 """The least and the greatest of so many values span about the inner 90 % of all, without sorting."""
 
 
-@njit(cache=True, nogil=True)
-def candidate_values(
-    pixels: np.ndarray, node: NodeSamples, feature: np.ndarray, places: np.ndarray, values: np.ndarray
-) -> None:
-    """Evaluates one feature on every sample (equation 1, without the threshold).
-
-    Args:
-        pixels: (n_pixels,) uint16, `Crops.pixels`.
-        node: (m,) samples.
-        feature: (4,) float32 (ux, uy, vx, vy) [m].
-        places: (m,) int32, scratch.
-        values: (m,) int32 to fill [mm].
-    """
-    x, y, fx_z, fy_z = node.x, node.y, node.fx_z, node.fy_z
-    right, bottom, width, start, z_mm = node.right, node.bottom, node.width, node.start, node.z_mm
-    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[0], feature[1], places)
-    for i in range(len(values)):
-        values[i] = pixels[start[i] + places[i]]
-    if feature[2] == 0.0 and feature[3] == 0.0:
-        for i in range(len(values)):
-            values[i] = difference(values[i], z_mm[i])
-        return
-    probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[2], feature[3], places)
-    for i in range(len(values)):
-        places[i] = pixels[start[i] + places[i]]
-    for i in range(len(values)):
-        values[i] = difference(values[i], places[i])
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def inner_range(values: np.ndarray) -> tuple[int, int]:
     """(low, high) [mm] of about the inner 90 % of the values that are not cut; (0, 0) if all looked at are."""
     low, high = int32(FEATURE_LIMIT_MM), int32(-FEATURE_LIMIT_MM)
@@ -47,9 +17,9 @@ def inner_range(values: np.ndarray) -> tuple[int, int]:
     n_seen = min(n, _N_RANGE_SAMPLES)
     for k in range(n_seen):
         value = values[k * n // n_seen]
-        if abs(value) < FEATURE_LIMIT_MM:
-            low = min(low, value)
-            high = max(high, value)
+        is_inner = abs(value) < FEATURE_LIMIT_MM
+        low = min(low, value if is_inner else int32(FEATURE_LIMIT_MM))
+        high = max(high, value if is_inner else int32(-FEATURE_LIMIT_MM))
     if low > high:
         return int32(0), int32(0)
     return low, high
