@@ -92,11 +92,18 @@ def predict_frames(
     # The first answer may load or compile kernels; that is not the model's time.
     _ask(contestant, frames, 0)
     answers = []
+    counts: NDArray[np.int64] | None = None
     with ThreadPoolExecutor(n_threads) as pool:
-        for answer in pool.map(lambda place: _ask(contestant, frames, place), range(len(frames))):
-            answers.append(answer)
-            on_frame()
-    return _results(contestant.method, own, answers), _confusion(contestant, frames, answers)
+        try:
+            for answer in pool.map(lambda place: _ask(contestant, frames, place), range(len(frames))):
+                answers.append(answer._replace(pixels=None))
+                if answer.pixels is not None:
+                    counts = answer.pixels if counts is None else counts + answer.pixels
+                on_frame()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return _results(contestant.method, own, answers), _confusion(contestant, frames, counts)
 
 
 def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
@@ -128,10 +135,8 @@ def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
     )
 
 
-def _confusion(contestant: Contestant, frames: CorpusFrames, answers: list[_Answer]) -> Confusion | None:
-    counts = [answer.pixels for answer in answers if answer.pixels is not None]
-    if contestant.classes is None or not counts:
+def _confusion(contestant: Contestant, frames: CorpusFrames, counts: NDArray[np.int64] | None) -> Confusion | None:
+    if contestant.classes is None or counts is None:
         return None
     labels = frames.labels
-    total = np.stack(counts).sum(axis=0)
-    return Confusion(total, (*labels.parts, *labels.occluders), contestant.classes.names, labels.n_parts)
+    return Confusion(counts, (*labels.parts, *labels.occluders), contestant.classes.names, labels.n_parts)
