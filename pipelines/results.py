@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -98,6 +99,16 @@ class Results:
             given = f"{self.proposals.shape} and {self.proposal_confidence.shape}"
             raise ValueError(f"proposals and proposal_confidence have shapes {given}, must be (..., 3) and (...)")
 
+    def of_joints(self, names: Sequence[str]) -> "Results":
+        """The same of some joints, in the order given.
+
+        Raises:
+            UserError: A joint that is not there.
+        """
+        truths = self.truths.of_joints(names)
+        at = [self.truths.joints.index(name) for name in names]
+        return replace(self, truths=truths, **{name: getattr(self, name)[:, at] for name in _ANSWERS})
+
 
 _NAMES = ("joints", "occluders", "families")
 _OF_FRAME = ("frame", "intrinsics", "upper_body_px", "visible_fraction", "family", "object_classes")
@@ -163,12 +174,12 @@ def read_results(path: Path) -> tuple[list[Results], dict]:
         UserError: No such file, no results, or another schema version.
     """
     try:
-        with np.load(path) as file:
-            columns = dict(file)
+        with path.open("rb") as file, np.load(file) as stored:
+            columns = dict(stored)
         header = json.loads(str(columns.pop("header")))
     except FileNotFoundError:
         raise UserError(f"there is no file {path}") from None
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
         raise UserError(f"{path} holds no results or is damaged: {error}") from None
     if header.get("schema") != SCHEMA or header.get("schema_version") != SCHEMA_VERSION:
         found = f"{header.get('schema')} version {header.get('schema_version')}"

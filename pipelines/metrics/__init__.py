@@ -1,6 +1,6 @@
 """Scores of joints and pixels: measures, groups, intervals, paired tests; docs/metrics.md defines them."""
 
-from pipelines.metrics.comparing import Difference, compare
+from pipelines.metrics.comparing import Difference, compare, compare_seeds
 from pipelines.metrics.groups import (
     Groups,
     by_family,
@@ -45,6 +45,7 @@ __all__ = [
     "by_state",
     "by_visible_fraction",
     "compare",
+    "compare_seeds",
     "count_pixels",
     "distances",
     "draw_frames",

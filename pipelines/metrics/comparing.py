@@ -1,6 +1,6 @@
 """Paired tests between two methods that answered on the same frames."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from pipelines.metrics.measures import statistics_of
 from pipelines.metrics.resampling import (
     N_RESAMPLES,
     FrameWeights,
+    Mean,
     Statistic,
     draw_frames,
     every_frame_once,
@@ -61,13 +62,36 @@ def compare(
     Raises:
         ValueError: The methods answered on different frames.
     """
-    if not same_frames(first.truths, second.truths):
-        raise ValueError(f"{first.method} and {second.method} must be scored on the same frames and joints")
-    n_frames = len(first.truths)
-    statistics = statistics_of(_side_by_side(first, second), np.concatenate([is_counted, is_counted]))
-    drawn = draw_frames(n_frames, n_resamples, rng)
-    coins = rng.integers(0, 2, (n_resamples, n_frames), dtype=np.int16)
-    return {name: _difference(statistic, drawn, coins) for name, statistic in statistics.items()}
+    return compare_seeds([(first, second)], is_counted, rng, n_resamples)
+
+
+def compare_seeds(
+    pairs: Sequence[tuple[Results, Results]],
+    is_counted: NDArray[np.bool_],
+    rng: np.random.Generator,
+    n_resamples: int = N_RESAMPLES,
+) -> Mapping[str, Difference]:
+    """Compares the means of two methods over several trainings; arguments and errors as for `compare`.
+
+    A resample draws frames, and a coin gives a frame's answers to either method, for all trainings alike.
+
+    Args:
+        pairs: Answers of the two methods by training, all on the same frames.
+        is_counted: (n, n_joints) bool, the group.
+        rng: Draws frames and tosses coins.
+        n_resamples: Of the bootstrap and of the test, each.
+    """
+    truths = pairs[0][0].truths
+    for results in (item for pair in pairs for item in pair):
+        if not same_frames(truths, results.truths):
+            names = " and ".join(sorted({item.method for pair in pairs for item in pair}))
+            raise ValueError(f"{names} must be scored on the same frames and joints")
+    twice = np.concatenate([is_counted, is_counted])
+    trainings = [statistics_of(_side_by_side(first, second), twice) for first, second in pairs]
+    drawn = draw_frames(len(truths), n_resamples, rng)
+    coins = rng.integers(0, 2, (n_resamples, len(truths)), dtype=np.int16)
+    means = {name: Mean(tuple(training[name] for training in trainings)) for name in trainings[0]}
+    return {name: _difference(statistic, drawn, coins) for name, statistic in means.items()}
 
 
 def _difference(statistic: Statistic, drawn: FrameWeights, coins: FrameWeights) -> Difference:

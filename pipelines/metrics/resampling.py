@@ -25,6 +25,21 @@ class Statistic(Protocol):
 
 
 @dataclass(frozen=True)
+class Mean:
+    """The mean of statistics, each of the same frames.
+
+    Attributes:
+        statistics: One or more.
+    """
+
+    statistics: tuple[Statistic, ...]
+
+    def __call__(self, weights: FrameWeights) -> NDArray[np.float64]:
+        """(n_resamples,) means; NaN where one of the statistics is."""
+        return np.mean([statistic(weights) for statistic in self.statistics], axis=0)
+
+
+@dataclass(frozen=True)
 class Ratio:
     """A sum over frames divided by another: a share or a mean.
 

@@ -91,10 +91,13 @@ def _class_before(
     """The class at the joint's pixel, or, if none is there, the commonest in the square around the joint."""
     fx, fy, cx, cy = (float(value) for value in intrinsics)
     x, y, z = (float(value) for value in xyz)
+    if z <= 0:
+        return 0
     u, v = round(fx * x / z + cx), round(fy * y / z + cy)
-    if occluder[v, u]:
+    is_inside = 0 <= v < occluder.shape[0] and 0 <= u < occluder.shape[1]
+    if is_inside and occluder[v, u]:
         return int(occluder[v, u])
     reach = max(1, math.ceil(fx * radius / z))
-    around = occluder[max(0, v - reach) : v + reach + 1, max(0, u - reach) : u + reach + 1]
-    counts = np.bincount(around[around > 0], minlength=1)
+    around = occluder[max(0, v - reach) : max(0, v + reach + 1), max(0, u - reach) : max(0, u + reach + 1)]
+    counts = np.bincount(around[around > 0].ravel(), minlength=1)
     return int(counts.argmax())
