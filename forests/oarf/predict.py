@@ -1,0 +1,226 @@
+"""Joints from a depth image: a regression forest that is ready to be asked."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.crops import crop_image
+from forests.estimate import JointEstimate
+from forests.frames import Pinhole, check_depth
+from forests.oarf.calibrate import Evidence, logistic, terms
+from forests.oarf.descend import descend, flatten
+from forests.oarf.model import OARFModel
+from forests.oarf.peaks import find_peaks
+from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
+
+Box = tuple[int, int, int, int]
+"""(left, top, right, bottom) [px], right and bottom excluded."""
+
+
+class Voters(NamedTuple):
+    """Pixels that vote, and the crop that they lie in.
+
+    Attributes:
+        pixels: (height * width,) uint16 crop with a border [mm].
+        width: Columns of the crop.
+        height: Rows of the crop.
+        left: Column in the image of the crop's first column.
+        top: Row in the image of the crop's first row.
+        columns: (n,) int32 in the crop.
+        rows: (n,) int32 in the crop.
+        stands_for: Foreground pixels to a voter.
+    """
+
+    pixels: NDArray[np.uint16]
+    width: int
+    height: int
+    left: int
+    top: int
+    columns: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    stands_for: float
+
+
+class Predictor:
+    """A forest packed for prediction; it does not change, so that threads may share it.
+
+    Attributes:
+        model: The forest that was packed.
+    """
+
+    def __init__(self, model: OARFModel) -> None:
+        """Packs a forest.
+
+        Raises:
+            ValueError: A damaged forest.
+        """
+        self.model = model
+        leaves = [tree.leaves for tree in model.trees]
+        self._trees = flatten([tree.nodes for tree in model.trees], [len(table.weight) for table in leaves])
+        self._table = vote_table(leaves, model.tuning.max_offset_m)
+        self._probability = np.concatenate([table.probability for table in leaves])
+        self._occluder_probability = self._probability[:, model.classes.n_parts :].sum(axis=1)
+        self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
+
+    def predict(
+        self,
+        depth: NDArray[np.uint16],
+        camera: Pinhole,
+        box: Box | None = None,
+        n_pixels: int | None = None,
+        n_proposals: int = 3,
+    ) -> JointEstimate:
+        """Finds the joints of the one person in an image.
+
+        Args:
+            depth: (height, width) uint16 [mm], 0 = nothing; no mask of the person is needed.
+            camera: Intrinsics.
+            box: Where pixels may vote; what lies outside the image is cut off. None = everywhere.
+            n_pixels: Pixels that vote; None = as the forest was configured.
+            n_proposals: Modes given per joint.
+
+        Raises:
+            ValueError: No depth image, an empty box, or a count below 1.
+        """
+        proposals, evidence = self.examine(depth, camera, box, n_pixels, n_proposals)
+        tuning, values = self.model.tuning, terms(evidence)
+        within = logistic(tuning.within_weights, values)
+        within[(evidence.confidence[:, 0] == 0) & ~np.isnan(within)] = 0.0
+        hidden = logistic(tuning.hidden_weights, values)
+        return JointEstimate(proposals, evidence.confidence, within, hidden, evidence.spread, camera)
+
+    def examine(
+        self,
+        depth: NDArray[np.uint16],
+        camera: Pinhole,
+        box: Box | None = None,
+        n_pixels: int | None = None,
+        n_proposals: int = 3,
+    ) -> tuple[NDArray[np.float32], Evidence]:
+        """The proposals (n_joints, n_proposals, 3) [m], and what speaks for them; arguments as for `predict`."""
+        if n_proposals < 1:
+            raise ValueError(f"n_proposals={n_proposals} must be at least 1")
+        image = check_depth(depth)
+        voters = self._choose(image, camera, box, n_pixels)
+        votes = cast(self._table, self._descend(voters, camera), _points(voters, camera))
+        n_joints = len(self._bandwidth)
+        proposals = np.empty((n_joints, n_proposals, 3), np.float32)
+        density = np.empty((n_joints, n_proposals), np.float32)
+        spread, share = np.empty(n_joints, np.float32), np.empty(n_joints, np.float32)
+        find_peaks(
+            votes.votes, votes.n_votes, self._table.n_layers, self._bandwidth, proposals, density, spread, share
+        )
+        pixel_area = voters.stands_for / (camera.fx * camera.fy * len(self._trees.roots))
+        behind, is_occluder = self._look_at(proposals[:, 0], image, voters, camera)
+        return proposals, Evidence(density * np.float32(pixel_area), spread, share, behind, is_occluder)
+
+    def collect_votes(
+        self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None, n_pixels: int | None = None
+    ) -> Votes:
+        """The votes of all joints before mean shift, arguments as for `predict`; weights are w_ljk D(q)^2."""
+        return cast(self._table, *self.reach_leaves(depth, camera, box, n_pixels))
+
+    def reach_leaves(
+        self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None, n_pixels: int | None = None
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """The voting pixels' leaves (n_trees, n), numbered through all trees, and points (n, 3) [m]."""
+        voters = self._choose(check_depth(depth), camera, box, n_pixels)
+        return self._descend(voters, camera), _points(voters, camera)
+
+    def class_probabilities(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.float32]:
+        """Classes of all pixels.
+
+        Returns:
+            (height, width, n_classes) float32, the mean of the trees; 0 where there is no depth.
+        """
+        image = check_depth(depth)
+        out = np.zeros((*image.shape, self._probability.shape[1]), np.float32)
+        voters = self._choose(image, camera, None, image.size)
+        leaves = self._descend(voters, camera)
+        mean = np.zeros((len(voters.rows), out.shape[2]), np.float32)
+        for of_tree in leaves:
+            mean += self._probability[of_tree]
+        out[voters.rows + voters.top, voters.columns + voters.left] = mean / np.float32(len(leaves))
+        return out
+
+    @property
+    def table(self) -> VoteTable:
+        """The leaf modes that vote."""
+        return self._table
+
+    def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
+        """(height, width) uint8: the likeliest class + 1 of every pixel with depth, 0 elsewhere."""
+        probability = self.class_probabilities(depth, camera)
+        return ((probability.argmax(axis=2) + 1) * (np.asarray(depth) > 0)).astype(np.uint8)
+
+    def _choose(self, image: NDArray[np.uint16], camera: Pinhole, box: Box | None, n_pixels: int | None) -> Voters:
+        n = self.model.config.n_voting_pixels if n_pixels is None else n_pixels
+        if n < 1:
+            raise ValueError(f"n_pixels={n} must be at least 1")
+        crop = crop_image(image, camera)
+        width, height = int(crop.width[0]), int(crop.height[0])
+        left, top = int(crop.origin[0, 0]), int(crop.origin[0, 1])
+        inside = _inside(box, left, top, width, height)
+        columns, rows, stands_for = choose_voters(crop.pixels, width, *inside, n)
+        return Voters(crop.pixels, width, height, left, top, columns, rows, stands_for)
+
+    def _descend(self, voters: Voters, camera: Pinhole) -> NDArray[np.int32]:
+        leaves = np.empty((len(self._trees.roots), len(voters.columns)), np.int32)
+        pixels, width, height, _, _, columns, rows, _ = voters
+        fx, fy = np.float32(camera.fx), np.float32(camera.fy)
+        descend(pixels, width, height, columns, rows, fx, fy, self._trees.nodes, self._trees.roots, leaves)
+        return leaves
+
+    def _look_at(
+        self, joints: NDArray[np.float32], image: NDArray[np.uint16], voters: Voters, camera: Pinhole
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(behind, occluder_probability) of `Evidence`: what the surface at the joints' pixels says."""
+        behind, is_occluder = np.full((2, len(joints)), np.nan, np.float32)
+        place = _pixels_of(joints, camera, image.shape)
+        seen = np.flatnonzero(place >= 0)
+        seen = seen[image.reshape(-1)[place[seen]] > 0]
+        row, column = np.divmod(place[seen], image.shape[1])
+        behind[seen] = joints[seen, 2] - image[row, column] * np.float32(1e-3)
+        at = voters._replace(
+            columns=(column - voters.left).astype(np.int32), rows=(row - voters.top).astype(np.int32)
+        )
+        is_occluder[seen] = self._occluder_probability[self._descend(at, camera)].mean(axis=0)
+        return behind, is_occluder
+
+
+def _inside(box: Box | None, left: int, top: int, width: int, height: int) -> Box:
+    """A box of the image as a box of the crop, border left out."""
+    if box is None:
+        return 1, 1, width - 1, height - 1
+    if box[2] <= box[0] or box[3] <= box[1]:
+        raise ValueError(
+            f"box {tuple(box)} is empty: it must be (left, top, right, bottom) with right > left, bottom > top"
+        )
+    first_column, first_row = max(1, box[0] - left), max(1, box[1] - top)
+    return (
+        first_column,
+        first_row,
+        max(first_column, min(width - 1, box[2] - left)),
+        max(first_row, min(height - 1, box[3] - top)),
+    )
+
+
+def _points(voters: Voters, camera: Pinhole) -> NDArray[np.float32]:
+    """(n, 3) float32, the voting pixels in the camera frame [m]."""
+    z = voters.pixels[voters.rows * voters.width + voters.columns] * np.float32(1e-3)
+    x = (voters.columns + np.float32(voters.left - camera.cx)) * z / np.float32(camera.fx)
+    y = (voters.rows + np.float32(voters.top - camera.cy)) * z / np.float32(camera.fy)
+    return np.stack([x, y, z], axis=1).astype(np.float32)
+
+
+def _pixels_of(joints: NDArray[np.float32], camera: Pinhole, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """(n,) int64: number of the pixel that each joint falls on, row-major; -1 outside the image or if NaN."""
+    place = np.full(len(joints), -1, np.int64)
+    ahead = np.flatnonzero(joints[:, 2] > 0)
+    x, y, z = joints[ahead].T.astype(np.float64)
+    u = np.floor(camera.fx * x / z + camera.cx + 0.5)
+    v = np.floor(camera.fy * y / z + camera.cy + 0.5)
+    is_inside = (u >= 0) & (u < shape[1]) & (v >= 0) & (v < shape[0])
+    place[ahead[is_inside]] = (v * shape[1] + u)[is_inside].astype(np.int64)
+    return place
