@@ -1,0 +1,99 @@
+"""Settings of a random walk forest."""
+
+from dataclasses import dataclass, field
+
+from forests.growing import GrowthConfig
+from forests.samples import Layer
+
+SKELETON: tuple[tuple[str, str], ...] = (
+    ("neck", ""),
+    ("torso", "neck"),
+    ("head", "neck"),
+    ("r_shoulder", "neck"),
+    ("l_shoulder", "neck"),
+    ("r_elbow", "r_shoulder"),
+    ("l_elbow", "l_shoulder"),
+    ("r_hand", "r_elbow"),
+    ("l_hand", "l_elbow"),
+    ("r_hip", "torso"),
+    ("l_hip", "torso"),
+    ("r_knee", "r_hip"),
+    ("l_knee", "l_hip"),
+    ("r_foot", "r_knee"),
+    ("l_foot", "l_knee"),
+)
+"""(joint, parent), parents first; "" is no joint, but the place where the person was found."""
+
+UPPER_BODY = ("head", "neck", "torso", "r_shoulder", "l_shoulder", "r_elbow", "l_elbow", "r_hand", "l_hand")
+"""Names for `RWFConfig.joints`: what a desk or a crowd leaves to be seen."""
+
+
+@dataclass(frozen=True)
+class RWFConfig:
+    """How a random walk forest is trained, and how it walks where no validation frames say better.
+
+    Attributes:
+        layer: Which image is learned from: what the sensor sees, or the person without the objects.
+        joints: Names of the joints that get an expert, any order; empty = all of the training frames.
+        skeleton: (joint, parent), parents first; limbs lie between the two.
+        box_joints: Joints that the upper-body box of a training frame holds.
+        n_trees: Trees of an expert; each step of a walk draws one.
+        seed: Of points, features and walks.
+        n_points: Training points of a joint in a frame.
+        near_share: Share of the points that lie in a ball around the joint; the rest lie on the way to it.
+        reach_m: Radius of the ball [m].
+        start_noise_m: Standard deviation, along each axis, of the places that the ways start from
+            [m].
+        gate_share: Share of the training joints that lie before and behind the gate on a point's depth, each.
+        n_clusters: Cluster centres kept in a leaf.
+        cluster_bandwidth: Of the directions' mean shift, as a chord of the unit sphere.
+        n_walks: Walks of a joint, side by side.
+        n_steps: Steps of a walk.
+        step_m: Length of the first step [m].
+        decay: Length of a step over that of the step before.
+        n_arriving: First steps that the estimate does not count.
+        limb_share: Share of the training limbs that are shorter, and that are longer, than the limits.
+        growth: How a tree is grown.
+    """
+
+    layer: Layer = "composite"
+    joints: tuple[str, ...] = ()
+    skeleton: tuple[tuple[str, str], ...] = SKELETON
+    box_joints: tuple[str, ...] = UPPER_BODY[:5]
+    n_trees: int = 1
+    seed: int = 0
+    n_points: int = 300
+    near_share: float = 0.5
+    reach_m: float = 0.5
+    start_noise_m: float = 0.1
+    gate_share: float = 0.02
+    n_clusters: int = 4
+    cluster_bandwidth: float = 0.5
+    n_walks: int = 4
+    n_steps: int = 16
+    step_m: float = 0.1
+    decay: float = 0.95
+    n_arriving: int = 6
+    limb_share: float = 0.01
+    growth: GrowthConfig = field(
+        default_factory=lambda: GrowthConfig(max_depth=18, n_candidates=500, min_samples_leaf=8)
+    )
+
+    def __post_init__(self) -> None:
+        for name in ("n_trees", "n_points", "n_clusters", "n_walks", "n_steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name}={getattr(self, name)} must be at least 1")
+        for name in ("reach_m", "cluster_bandwidth", "step_m"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}={getattr(self, name)} must be above 0")
+        for name in ("gate_share", "limb_share"):
+            if not 0 <= getattr(self, name) < 0.5:
+                raise ValueError(f"{name}={getattr(self, name)} must be in [0, 0.5)")
+        if not 0 <= self.near_share <= 1:
+            raise ValueError(f"near_share={self.near_share} must be in [0, 1]")
+        if not 0 < self.decay <= 1:
+            raise ValueError(f"decay={self.decay} must be in (0, 1]")
+        if not self.start_noise_m >= 0:
+            raise ValueError(f"start_noise_m={self.start_noise_m} must not be below 0")
+        if not 0 <= self.n_arriving < self.n_steps:
+            raise ValueError(f"n_arriving={self.n_arriving} must be in [0, n_steps={self.n_steps})")

@@ -1,0 +1,92 @@
+"""What a trained random walk forest holds, and its trees as the walk reads them."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.frames import LabelTable
+from forests.rwf.config import RWFConfig
+from forests.rwf.walk import WalkPlan, WalkTables
+from forests.tree import tree_depth
+
+
+class ExpertTree(NamedTuple):
+    """One tree of one joint's expert.
+
+    Attributes:
+        nodes: (n_nodes,) of NODE_DTYPE.
+        direction: (n_leaves, n_clusters, 3) float32, centres of clusters of unit vectors to the joint; 0 where
+            missing.
+        share: (n_leaves, n_clusters) float32, falling, sums to 1; 0 where missing.
+    """
+
+    nodes: NDArray
+    direction: NDArray[np.float32]
+    share: NDArray[np.float32]
+
+
+class Limbs(NamedTuple):
+    """How long limbs are.
+
+    Attributes:
+        parent: (n_joints,) int32, -1 = none.
+        length_m: (n_joints, 2) float32, shortest and longest distance to the parent [m].
+    """
+
+    parent: NDArray[np.int32]
+    length_m: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class RWFModel:
+    """A trained forest.
+
+    Attributes:
+        config: How it was trained.
+        labels: The training frames' labels and joints.
+        joints: Names of the experts' joints, in the order of every joint array of its answers.
+        experts: The trees of each joint.
+        plan: How the experts walk.
+        limbs: Ranges of the limbs' lengths in the training frames.
+        within_weights: (n_joints, 2) float32, logistic regression of "within 10 cm" on 1 and the spread [m]; NaN
+            = not calibrated.
+    """
+
+    config: RWFConfig
+    labels: LabelTable
+    joints: tuple[str, ...]
+    experts: tuple[tuple[ExpertTree, ...], ...]
+    plan: WalkPlan
+    limbs: Limbs
+    within_weights: NDArray[np.float32]
+
+
+def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...], n_clusters: int) -> WalkTables:
+    """Puts all trees behind one another.
+
+    Args:
+        experts: The trees of each joint.
+        n_clusters: Clusters to walk by; the rest are left out.
+    """
+    shape = len(experts), len(experts[0])
+    root, levels = np.empty(shape, np.int32), np.empty(shape, np.int32)
+    nodes, n_nodes, n_leaves = [], 0, 0
+    for joint, trees in enumerate(experts):
+        for number, tree in enumerate(trees):
+            moved = tree.nodes.copy()
+            moved["left"] += n_nodes
+            moved["leaf"] += np.where(moved["leaf"] >= 0, n_leaves, 0).astype(np.int32)
+            root[joint, number] = n_nodes
+            levels[joint, number] = tree_depth(tree.nodes)
+            nodes.append(moved)
+            n_nodes += len(moved)
+            n_leaves += len(tree.direction)
+    flat = [tree for trees in experts for tree in trees]
+    direction = np.concatenate([tree.direction[:, :n_clusters] for tree in flat])
+    cumulative = np.concatenate([tree.share[:, :n_clusters] for tree in flat]).cumsum(axis=1, dtype=np.float64)
+    cumulative /= cumulative[:, -1:]
+    # A cluster that is missing has the same sum as the one before it and is never drawn.
+    cumulative[:, -1] = 1.0
+    return WalkTables(np.concatenate(nodes), root, levels, direction, cumulative.astype(np.float32))

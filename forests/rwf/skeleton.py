@@ -1,0 +1,92 @@
+"""Which joint a limb hangs on, how long limbs are, and estimates moved so that theirs are possible."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from forests.rwf.model import Limbs
+
+
+def chosen_joints(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np.int32]:
+    """(n_joints,) places of the wanted joints among all; all if none is wanted in particular.
+
+    Raises:
+        ValueError: A joint that the frames do not have.
+    """
+    unknown = [name for name in wanted if name not in names]
+    if unknown:
+        raise ValueError(f"joints {unknown} are unknown; the frames have {', '.join(names)}")
+    return np.array([i for i, name in enumerate(names) if not wanted or name in wanted], np.int32)
+
+
+def parents_of(joints: tuple[str, ...], skeleton: tuple[tuple[str, str], ...]) -> NDArray[np.int32]:
+    """(n_joints,) place of each joint's nearest ancestor among `joints`; -1 = none.
+
+    A joint that the skeleton does not name has no parent.
+    """
+    above = dict(skeleton)
+    parents = np.full(len(joints), -1, np.int32)
+    for place, name in enumerate(joints):
+        ancestor = above.get(name, "")
+        while ancestor and ancestor not in joints:
+            ancestor = above.get(ancestor, "")
+        if ancestor:
+            parents[place] = joints.index(ancestor)
+    return parents
+
+
+def parents_first(parents: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(n_joints,) places, every parent before its children.
+
+    Raises:
+        ValueError: A joint is its own ancestor.
+    """
+    order: list[int] = []
+    while len(order) < len(parents):
+        ready = [j for j in range(len(parents)) if j not in order and (parents[j] < 0 or parents[j] in order)]
+        if not ready:
+            raise ValueError("the skeleton has a joint that is its own ancestor")
+        order += ready
+    return np.array(order, np.int32)
+
+
+def measure_limbs(joints: NDArray[np.float32], parents: NDArray[np.int32], share: float) -> Limbs:
+    """Ranges of the limbs' lengths.
+
+    Args:
+        joints: (n_frames, n_joints, 3) float32 [m].
+        parents: (n_joints,) int32, -1 = none.
+        share: Share of the frames below, and above, the range.
+    """
+    length = np.linalg.norm(joints - joints[:, parents], axis=2)
+    limits = np.quantile(length, [share, 1.0 - share], axis=0).T.astype(np.float32)
+    limits[parents < 0] = 0.0, np.inf
+    return Limbs(parents, limits)
+
+
+@njit(cache=True, nogil=True)
+def fit_limbs(joints: np.ndarray, order: np.ndarray, parent: np.ndarray, length_m: np.ndarray) -> None:
+    """Moves each joint along its limb until the limb's length is possible, parents first.
+
+    Args:
+        joints: (n_joints, 3) float32 [m], changed.
+        order: (n_joints,) int32, parents before children.
+        parent: (n_joints,) int32, -1 = none.
+        length_m: (n_joints, 2) float32, shortest and longest distance to the parent [m].
+    """
+    for joint in order:
+        above = parent[joint]
+        if above < 0:
+            continue
+        dx = joints[joint, 0] - joints[above, 0]
+        dy = joints[joint, 1] - joints[above, 1]
+        dz = joints[joint, 2] - joints[above, 2]
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if length < 1e-6:
+            continue
+        scale = min(max(length, length_m[joint, 0]), length_m[joint, 1]) / length
+        joints[joint, 0] = joints[above, 0] + dx * scale
+        joints[joint, 1] = joints[above, 1] + dy * scale
+        joints[joint, 2] = joints[above, 2] + dz * scale

@@ -1,0 +1,167 @@
+"""Training a random walk forest from frames."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.crops import Crops, CropWriter
+from forests.frames import FrameSequence
+from forests.growing import grow_direction_tree
+from forests.rwf.clusters import leaf_clusters
+from forests.rwf.config import RWFConfig
+from forests.rwf.model import ExpertTree, RWFModel
+from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of
+from forests.rwf.start import start_point, upper_body_box
+from forests.rwf.tuning import tune, views_of
+from forests.rwf.walk import WalkPlan
+from forests.samples import image_of
+
+BOX_MARGIN_M = 0.1
+"""An upper-body box ends this far beyond the joints [m]."""
+
+_MAX_BYTES = 2**31
+_READ_SHARE, _TUNE_SHARE = 0.05, 0.05
+"""Of the time that training takes, about; for the progress bar."""
+
+
+class TreeStore(Protocol):
+    """Keeps finished trees, so that interrupted training goes on after the last of them."""
+
+    def load(self, tree: int) -> ExpertTree | None:
+        """A tree that was finished before, or None."""
+        ...
+
+    def save(self, tree: int, grown: ExpertTree) -> None:
+        """Keeps a finished tree."""
+        ...
+
+
+class WalkFrames(NamedTuple):
+    """Training frames as the experts learn from them.
+
+    Attributes:
+        crops: The images.
+        joints: (n_frames, n_joints, 3) float32, the experts' joints, camera frame [m].
+        starts: (n_frames, 3) float32, where a detector's box starts a walk, camera frame [m].
+    """
+
+    crops: Crops
+    joints: NDArray[np.float32]
+    starts: NDArray[np.float32]
+
+
+def train_rwf(
+    frames: FrameSequence,
+    config: RWFConfig,
+    *,
+    validation: FrameSequence | None = None,
+    n_threads: int = 1,
+    checkpoint: TreeStore | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+) -> RWFModel:
+    """Trains a random walk forest, one expert a joint.
+
+    Args:
+        frames: Training frames; each is read once.
+        config: How it is trained.
+        validation: Frames to choose starts, steps and clusters on; None leaves them as the config has them.
+        n_threads: Threads; the forest is the same to the byte for any number.
+        checkpoint: Keeps finished trees, numbered joint * n_trees + tree.
+        on_progress: Told the share of the work that is done, 0..1.
+
+    Raises:
+        ValueError: No frames, or joints that they do not have.
+    """
+    if len(frames) == 0:
+        raise ValueError("there are no training frames")
+    places = chosen_joints(frames.labels.joints, config.joints)
+    names = tuple(frames.labels.joints[place] for place in places)
+    learned = read_frames(frames, config, places, lambda share: on_progress(_READ_SHARE * share))
+    parents = parents_of(names, config.skeleton)
+    gates = np.stack([gate_of(learned.crops, learned.joints[:, j], config.gate_share) for j in range(len(names))])
+    n_all = len(names) * config.n_trees
+    trees = []
+    for number in range(n_all):
+        grown = checkpoint.load(number) if checkpoint else None
+        if grown is None:
+            grown = _train_tree(learned, config, number, parents, gates, n_threads)
+            if checkpoint:
+                checkpoint.save(number, grown)
+        trees.append(grown)
+        on_progress(_READ_SHARE + (1.0 - _READ_SHARE - _TUNE_SHARE) * (number + 1) / n_all)
+    experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
+    plan = WalkPlan(
+        parents_first(parents),
+        parents,
+        np.full(len(names), config.step_m, np.float32),
+        np.full(len(names), config.decay, np.float32),
+        np.full(len(names), config.n_arriving, np.int32),
+        gates,
+        config.n_walks,
+        config.n_steps,
+        config.n_clusters,
+    )
+    limbs = measure_limbs(learned.joints, parents, config.limb_share)
+    weights = np.full((len(names), 2), np.nan, np.float32)
+    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
+    if validation is not None and len(validation):
+        model = tune(model, views_of(validation, names, config.box_joints, BOX_MARGIN_M))
+    on_progress(1.0)
+    return model
+
+
+def read_frames(
+    frames: FrameSequence, config: RWFConfig, places: NDArray[np.int32], on_share: Callable[[float], object]
+) -> WalkFrames:
+    """Reads every frame once: its crop, the experts' joints, the middle of its upper-body box.
+
+    A frame that shows nothing starts at its joints' mean.
+    """
+    joints = np.empty((len(frames), len(places), 3), np.float32)
+    starts = np.empty((len(frames), 3), np.float32)
+    inside = chosen_joints(frames.labels.joints, config.box_joints)
+    with CropWriter(_MAX_BYTES) as writer:
+        for index in range(len(frames)):
+            frame = frames[index]
+            depth = image_of(frame, config.layer)[0]
+            writer.add(depth, frame.camera)
+            joints[index] = frame.joints[places]
+            box = upper_body_box(frame.joints[inside], frame.camera, BOX_MARGIN_M)
+            found = start_point(depth, frame.camera, box=box)
+            starts[index] = frame.joints[inside].mean(axis=0) if found is None else found
+            on_share((index + 1) / len(frames))
+        return WalkFrames(writer.finish(), joints, starts)
+
+
+def _train_tree(
+    learned: WalkFrames,
+    config: RWFConfig,
+    number: int,
+    parents: NDArray[np.int32],
+    gates: NDArray[np.float32],
+    n_threads: int,
+) -> ExpertTree:
+    """Trains tree `number` = joint * n_trees + tree of the joint."""
+    joint = number // config.n_trees
+    parent = parents[joint]
+    points = draw_way_points(
+        learned.crops,
+        np.ascontiguousarray(learned.joints[:, joint]),
+        learned.starts if parent < 0 else np.ascontiguousarray(learned.joints[:, parent]),
+        gates[joint],
+        config.n_points,
+        config.near_share,
+        config.reach_m,
+        config.start_noise_m,
+        config.seed,
+        number,
+    )
+    grown = grow_direction_tree(
+        learned.crops, points.samples, points.directions, config.growth, config.seed, number, n_threads
+    )
+    return ExpertTree(
+        grown.nodes, *leaf_clusters(grown, points.directions, config.n_clusters, config.cluster_bandwidth)
+    )

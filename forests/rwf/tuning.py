@@ -1,0 +1,180 @@
+"""What is chosen on validation frames: where walks start, how long steps are, what counts, and probabilities."""
+
+import itertools
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from forests.frames import FrameSequence
+from forests.rwf.model import RWFModel, walk_tables
+from forests.rwf.skeleton import chosen_joints
+from forests.rwf.start import start_point, upper_body_box
+from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
+
+WITHIN_M = 0.1
+"""A joint is found if it is no farther off than this [m]."""
+STEPS_M = (0.02, 0.03, 0.04, 0.06, 0.08)
+DECAYS = (0.95, 1.0)
+ARRIVING_SHARES = (0.25, 0.5, 0.75)
+CLUSTERS = (1, 2, 4, 8)
+_RIDGE = 1e-2
+
+
+class View(NamedTuple):
+    """One frame to walk in.
+
+    Attributes:
+        depth: (height, width) uint16 [mm].
+        intrinsics: (4,) float32, (fx, fy, cx, cy) [px].
+        start: (3,) float32, camera frame [m].
+        joints: (n_joints, 3) float32, the experts' joints, camera frame [m].
+    """
+
+    depth: NDArray[np.uint16]
+    intrinsics: NDArray[np.float32]
+    start: NDArray[np.float32]
+    joints: NDArray[np.float32]
+
+
+def views_of(
+    frames: FrameSequence, joints: tuple[str, ...], box_joints: tuple[str, ...], margin_m: float
+) -> list[View]:
+    """Frames with their walks' starts: the middles of upper-body boxes. Frames that show nothing are left out."""
+    places = chosen_joints(frames.labels.joints, joints)
+    inside = chosen_joints(frames.labels.joints, box_joints)
+    views = []
+    for index in range(len(frames)):
+        frame = frames[index]
+        box = upper_body_box(frame.joints[inside], frame.camera, margin_m)
+        start = start_point(frame.depth, frame.camera, box=box)
+        if start is not None:
+            camera = frame.camera
+            intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
+            views.append(View(frame.depth, intrinsics, start, frame.joints[places]))
+    return views
+
+
+def tune(model: RWFModel, views: list[View]) -> RWFModel:
+    """Chooses how the experts walk, joint by joint from the parents on, and how probable their answers are.
+
+    Args:
+        model: A trained forest.
+        views: Validation frames.
+    """
+    if not views:
+        return model
+    numbers = [n for n in CLUSTERS if n <= model.config.n_clusters] or [model.config.n_clusters]
+    tried = [_choose(model, views, n) for n in numbers]
+    plan, points, spread = max(tried, key=lambda choice: choice.score)[1:]
+    truth = np.stack([view.joints for view in views])
+    is_within = np.linalg.norm(points - truth, axis=2) <= WITHIN_M
+    weights = [fit_logistic(spread[:, j], is_within[:, j]) for j in range(len(model.joints))]
+    return replace(model, plan=plan, within_weights=np.array(weights, np.float32))
+
+
+class _Choice(NamedTuple):
+    score: float
+    plan: WalkPlan
+    points: NDArray[np.float32]
+    spread: NDArray[np.float32]
+
+
+def _choose(model: RWFModel, views: list[View], n_clusters: int) -> _Choice:
+    """The best plan with so many clusters, and where its walks end."""
+    plan = model.plan._replace(
+        n_clusters=n_clusters, **{name: getattr(model.plan, name).copy() for name in _CHOSEN}
+    )
+    tables = walk_tables(model.experts, n_clusters)
+    points = np.zeros((len(views), len(model.joints), 3), np.float32)
+    spread = np.zeros((len(views), len(model.joints)), np.float32)
+    total = 0.0
+    for joint in plan.order:
+        best = -1.0
+        for choice in _choices(int(model.limbs.parent[joint]), plan.n_steps):
+            for name, value in zip(_CHOSEN, choice, strict=True):
+                getattr(plan, name)[joint] = value
+            ends, spreads = walk_views(tables, plan, int(joint), model.config.seed, views, points)
+            score = _score(ends, views, int(joint))
+            if score > best:
+                best, kept = score, (choice, ends, spreads)
+        for name, value in zip(_CHOSEN, kept[0], strict=True):
+            getattr(plan, name)[joint] = value
+        points[:, joint], spread[:, joint] = kept[1:]
+        total += best
+    return _Choice(total, plan, points, spread)
+
+
+_CHOSEN = ("start_from", "step_m", "decay", "n_arriving")
+
+
+def _choices(parent: int, n_steps: int) -> list[tuple[int, float, float, int]]:
+    starts = (-1, parent) if parent >= 0 else (-1,)
+    arriving = sorted({int(share * n_steps) for share in ARRIVING_SHARES})
+    return list(itertools.product(starts, STEPS_M, DECAYS, arriving))
+
+
+def walk_views(
+    tables: WalkTables, plan: WalkPlan, joint: int, seed: int, views: list[View], points: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Walks to one joint in every view.
+
+    Args:
+        tables: The experts.
+        plan: How to walk.
+        joint: Which expert.
+        seed: Of the walks.
+        views: The frames.
+        points: (n_views, n_joints, 3) float32, the joints that were walked to before [m].
+
+    Returns:
+        (n_views, 3) float32 expectations [m] and (n_views,) float32 standard deviations of the walks [m].
+    """
+    ends, spreads = np.empty((len(views), 3), np.float32), np.empty(len(views), np.float32)
+    parent = plan.start_from[joint]
+    for i, view in enumerate(views):
+        start = view.start if parent < 0 else points[i, parent]
+        spreads[i] = _walk(view.depth, view.intrinsics, tables, plan, joint, seed, start, ends[i])
+    return ends, spreads
+
+
+@njit(cache=True, nogil=True)
+def _walk(
+    depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, joint: int, seed: int,
+    start: np.ndarray, end: np.ndarray,
+) -> float:  # fmt: skip
+    """Fills the expectation and returns the spread of one joint's walks [m]."""
+    points = np.empty((plan.n_walks, 3), np.float32)
+    points[:] = start
+    moments = np.empty(6, np.float64)
+    walk_joint(depth, intrinsics, tables, plan, joint, seed, points, moments)
+    end[:] = moments[:3]
+    return np.sqrt(np.maximum(moments[3:] - moments[:3] ** 2, 0.0).sum())
+
+
+def _score(ends: NDArray[np.float32], views: list[View], joint: int) -> float:
+    """Share of the joints that are found, with a soft limit: from 1 at half of it to 0 at one and a half."""
+    error = np.linalg.norm(ends - np.stack([view.joints[joint] for view in views]), axis=1)
+    return float(np.clip(1.5 - error / WITHIN_M, 0.0, 1.0).mean())
+
+
+def fit_logistic(values: NDArray[np.float32], is_true: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Logistic regression on one value by Newton's method, with a little ridge so that it always ends.
+
+    Args:
+        values: (n,) float32.
+        is_true: (n,) bool.
+
+    Returns:
+        (2,) float64: P(true) = 1 / (1 + exp(-(w[0] + w[1] * value))).
+    """
+    terms = np.stack([np.ones(len(values)), values.astype(np.float64)], axis=1)
+    weights = np.zeros(2)
+    for _ in range(30):
+        p = 1.0 / (1.0 + np.exp(-np.clip(terms @ weights, -30.0, 30.0)))
+        slope = terms.T @ (is_true - p) - _RIDGE * weights
+        curvature = (terms * (p * (1 - p))[:, None]).T @ terms + _RIDGE * np.eye(2)
+        weights += np.linalg.solve(curvature, slope)
+    return weights
