@@ -2,6 +2,7 @@
 
 import functools
 import logging
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,8 +13,9 @@ from tqdm import tqdm
 from pipelines.corpus import Header, Order, write_corpus
 from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
+from synth.bodies.poselib import read_library
 from synth.bodies.skeleton import DOFS
-from synth.scene import FrameSource, SceneConfig
+from synth.scene import FrameSource, PoseMix, SceneConfig
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +31,9 @@ class GenerateSettings:
         seed: Seed of everything random; the same settings give the same bytes.
         workers: Processes.
         renderer: numba (any machine) or pyrender (OpenGL; needs undergrowth[gl]).
+        poses: Pose library (`undergrowth import mocap`) to take people's poses from besides the procedural ones.
+        poses_share: Share of the frames that take from it.
+        poses_splits: Splits that use it; the others stay procedural.
         scene: What the scenes are drawn from.
     """
 
@@ -38,6 +43,9 @@ class GenerateSettings:
     seed: int = 0
     workers: int = 1
     renderer: Literal["numba", "pyrender"] = "numba"
+    poses: Path | None = None
+    poses_share: float = 0.5
+    poses_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
     scene: SceneConfig = field(default_factory=SceneConfig)
 
     @classmethod
@@ -57,20 +65,60 @@ class GenerateSettings:
 
     def order(self) -> Order[FrameSource]:
         """What `write_corpus` is to make."""
-        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer)
+        config: dict[str, object] = {"renderer": self.renderer, "scene": asdict(self.scene)}
+        poses = None
+        if self.poses is not None:
+            mix = make_mix(self.poses, self.poses_share, self.poses_splits)
+            poses = functools.partial(make_mix, self.poses, mix.share, mix.splits, mix.library.digest)
+            config["poses"] = {"digest": mix.library.digest, "share": mix.share, "splits": list(mix.splits)}
+        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer, poses)
         angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
-        config = {"renderer": self.renderer, "scene": asdict(self.scene)}
         return Order(self.seed, self.frames, config, make, angles)
 
 
-def make_source(scene: SceneConfig, seed: int, n_frames: int, renderer: str) -> FrameSource:
-    """The frames of a corpus.
+def make_mix(path: Path, share: float, splits: tuple[str, ...], digest: str | None = None) -> PoseMix:
+    """A pose library and how it is used.
+
+    Args:
+        path: The library's file.
+        share: Share of the frames that take from it.
+        splits: Splits that use it.
+        digest: What its digest must be, once a corpus has begun with it.
 
     Raises:
-        UserError: The renderer's library or device is missing.
+        UserError: The file is no library, has changed, or lacks poses for a split.
     """
     try:
-        return FrameSource(scene, seed, n_frames, renderer)
+        mix = PoseMix(read_library(path), share, splits)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    if digest is not None and mix.library.digest != digest:
+        raise UserError(f"{path} has changed since the corpus was begun")
+    return mix
+
+
+def make_source(
+    scene: SceneConfig,
+    seed: int,
+    n_frames: int,
+    renderer: str,
+    poses: Callable[[], PoseMix] | None = None,
+) -> FrameSource:
+    """The frames of a corpus.
+
+    Args:
+        scene: What the scenes are drawn from.
+        seed: Of everything random.
+        n_frames: How many.
+        renderer: Its name.
+        poses: Reads the recorded poses, if any are used.
+
+    Raises:
+        UserError: The renderer's library or device is missing, or the pose library cannot be used.
+    """
+    mix = None if poses is None else poses()
+    try:
+        return FrameSource(scene, seed, n_frames, renderer, mix)
     except (ImportError, RuntimeError) as error:
         raise UserError(f"renderer {renderer} does not start: {error}") from error
 
@@ -81,6 +129,9 @@ class _FileSettings:
     seed: int = 0
     workers: int = 1
     renderer: Literal["numba", "pyrender"] = "numba"
+    poses: Path | None = None
+    poses_share: float = 0.5
+    poses_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
     scene: SceneConfig = field(default_factory=SceneConfig)
 
 

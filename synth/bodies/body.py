@@ -18,11 +18,13 @@ class Pose:
         angles: (n_dofs,) float64 [rad], in the order of `DOFS`.
         T_world_root: (4, 4) float64.
         family: Name of the pose family it was drawn from.
+        source_id: Identifier in the library it was taken from; empty if it was drawn.
     """
 
     angles: NDArray[np.float64]
     T_world_root: NDArray[np.float64]
     family: str = "custom"
+    source_id: str = ""
 
     def __post_init__(self) -> None:
         if self.angles.shape != (N_DOFS,):

@@ -104,7 +104,7 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     for _ in range(2):
         lower_onto_seat(draft, seat_height)
         for side in "lr":
-            _put_foot_down(
+            put_foot_down(
                 draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
             )
     for more in (4.0, 6.0, 8.0, 10.0):
@@ -113,7 +113,7 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
         # Thick thighs sit further apart.
         for side in "lr":
             spreads[side] += more
-            _put_foot_down(
+            put_foot_down(
                 draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
             )
     crossing = _cross_legs(draft, rng) if family == "sitting_legs_crossed" else None
@@ -121,11 +121,11 @@ def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat
     for side in "lr":
         if side != crossing:
             spread = draft.get(f"{side}_hip_abduction") if crossing else spreads[side]
-            _put_foot_down(draft, side, seat_height, spread, steps[side] * marks.shank, yaws[side])
+            put_foot_down(draft, side, seat_height, spread, steps[side] * marks.shank, yaws[side])
     lower_onto_seat(draft, seat_height)
 
 
-def _put_foot_down(
+def put_foot_down(
     draft: Draft, side: str, seat_height: float, spread: float, forward: float, toe_yaw: float, n_steps: int = 4
 ) -> None:
     """Solves one leg: thigh along the seat, foot flat on the floor in front of or behind the knee, or hanging."""

@@ -1,6 +1,7 @@
 """Scenes: a posed person, the furniture around them and a camera; drawn, placed and rendered into frames."""
 
+from synth.scene.bases import PoseMix
 from synth.scene.config import SceneConfig, SceneWeights
 from synth.scene.source import FrameSource
 
-__all__ = ["FrameSource", "SceneConfig", "SceneWeights"]
+__all__ = ["FrameSource", "PoseMix", "SceneConfig", "SceneWeights"]

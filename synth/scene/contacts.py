@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.poses import HandTarget, HandTargets, draw_arms
+from synth.bodies.poses import HandTarget, HandTargets
 from synth.geometry import inverse, rotation_about
+from synth.scene.bases import draw_arms_pose
 from synth.scene.draw import FOREARMS, THIGHS, TORSO, UPPER_ARMS, Person, SceneDraw
 from synth.scene.placement import PlacedObject, advance, pose_on_floor
 
@@ -89,7 +90,7 @@ def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Pe
     targets = HandTargets(
         left=_target(stroller, "handle_left", "handle"), right=_target(stroller, "handle_right", "handle")
     )
-    arms = draw_arms(pose_family, person.subject.body, person.pose, draw.rng, targets)
+    arms = draw_arms_pose(draw, pose_family, person.subject.body, person.pose, targets)
     return None if arms is None else (Person.in_pose(person.subject, arms), stroller)
 
 

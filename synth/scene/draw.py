@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from synth.bodies.body import Pose
 from synth.bodies.kinematics import joint_positions
+from synth.bodies.poselib import PoseLibrary
 from synth.bodies.skinning import pose_vertices
 from synth.geometry import LabelledMesh
 from synth.scene.config import SceneConfig
@@ -125,6 +126,7 @@ class SceneDraw:
         split: "train", "val" or "test".
         frame_idx: Number of the frame within its split.
         rng: The frame's randomness.
+        library: Recorded poses that the person is taken from; None for procedural ones.
     """
 
     config: SceneConfig
@@ -132,6 +134,7 @@ class SceneDraw:
     split: str
     frame_idx: int
     rng: np.random.Generator = field(repr=False)
+    library: PoseLibrary | None = field(default=None, repr=False)
 
     def subject(self, is_seated: bool) -> Subject:
         """Draws the person, who sits or stands."""

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.poses import FAMILIES, draw_arms, draw_base
+from synth.bodies.families import FAMILIES
+from synth.scene.bases import draw_arms_pose, draw_base_pose
 from synth.scene.clutter import add_clutter, push_in_the_way
 from synth.scene.contacts import key_targets, lower_on_lap, push_stroller, table_targets
 from synth.scene.draw import Person, Scene, SceneDraw
@@ -44,7 +45,7 @@ def unhidden(draw: SceneDraw) -> Scene | None:
     if based is None:
         return None
     person, seat = based
-    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, None)
+    arms = draw_arms_pose(draw, pose_family, subject.body, person.pose)
     if arms is None:
         return None
     return Scene("unhidden", Person.in_pose(subject, arms), seat, UNHIDDEN_SHARE)
@@ -61,14 +62,14 @@ def table(draw: SceneDraw) -> Scene | None:
         return None
     person, seat = based
     if is_standing:
-        arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, None)
+        arms = draw_arms_pose(draw, pose_family, subject.body, person.pose)
         person = Person.in_pose(subject, arms) if arms is not None else person
         pushed = push_table_up(draw, person, are_arms_on_it=False)
         return None if arms is None or pushed is None else Scene("table", person, (pushed,))
     pushed = push_table_up(draw, person)
     if pushed is None:
         return None
-    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, table_targets(pushed))
+    arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, table_targets(pushed))
     if arms is None:
         return None
     scene = Scene("table", Person.in_pose(subject, arms), (*seat, pushed))
@@ -91,7 +92,7 @@ def laptop_table(draw: SceneDraw) -> Scene | None:
     laptop = stand_on_table(draw, "laptop", pushed, len(seat), depth=(0.04, 0.14), y=offset)
     if laptop is None:
         return None
-    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, key_targets(laptop, pushed))
+    arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, key_targets(laptop, pushed))
     if arms is None:
         return None
     return Scene("laptop_table", Person.in_pose(subject, arms), (*seat, pushed, laptop))
@@ -106,7 +107,7 @@ def laptop_lap(draw: SceneDraw) -> Scene | None:
     if based is None or laptop is None:
         return None
     person, seat = based
-    arms = draw_arms(pose_family, subject.body, person.pose, draw.rng, key_targets(laptop, None))
+    arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, key_targets(laptop, None))
     return None if arms is None else Scene("laptop_lap", Person.in_pose(subject, arms), (*seat, laptop))
 
 
@@ -193,5 +194,5 @@ def _based(
     if FAMILIES[pose_family].posture == "sitting":
         seated = seat_person(draw, subject, pose_family, kinds)
         return None if seated is None else (seated[0], (seated[1],))
-    base = draw_base(pose_family, subject.body, draw.rng)
+    base = draw_base_pose(draw, pose_family, subject.body)
     return None if base is None else (Person.in_pose(subject, base), ())

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.poses import draw_base, seat_depth_of, seat_height_of
+from synth.bodies.poses import seat_depth_of, seat_height_of
 from synth.occluders.distance import place
 from synth.occluders.sweep import free_way
+from synth.scene.bases import draw_base_pose
 from synth.scene.draw import SEAT, Person, SceneDraw
 from synth.scene.placement import PlacedObject, pose_on_floor
 from synth.scene.pools import Subject
@@ -45,7 +46,7 @@ def seat_person(
     drawn = [draw.place("chair", np.eye(4), kinds) for _ in range(SEATS_TO_CHOOSE_FROM)]
     seat = min(drawn, key=lambda item: abs(_seat_height(item) - fitting))
     height = _seat_height(seat)
-    base = draw_base(pose_family, subject.body, draw.rng, seat_height=height)
+    base = draw_base_pose(draw, pose_family, subject.body, height)
     if base is None:
         return None
     person = Person.in_pose(subject, base)

@@ -1,6 +1,7 @@
 """FrameSource: makes any frame of a corpus from (configuration, seed, split, number in the split) alone."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from synth.geometry import inverse, transform_points
 from synth.render import backends
 from synth.render.labels import Visibility, measure_visibility
 from synth.render.records import RenderedPair, RenderObject
+from synth.scene.bases import PoseMix
 from synth.scene.config import SPLITS, SceneConfig
 from synth.scene.draw import Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family, without_context
@@ -22,6 +24,8 @@ from synth.vocabulary import OCCLUDER_CODE, PART_NAMES
 _FRAME_STREAM = 0
 MAX_SCENES = 400
 """Attempts at a scene before a configuration is given up."""
+MAX_LIBRARY_SCENES = 150
+"""Attempts at a scene with recorded poses before the frame takes a procedural one."""
 MAX_VIEWS = 8
 """Viewpoints tried on one scene."""
 EYE_ROOM = 0.25
@@ -41,9 +45,17 @@ class FrameSource:
         seed: Corpus seed, 0..2**63 - 1.
         n_frames: Length of the corpus.
         renderer: Name of the renderer, "numba" or "pyrender".
+        poses: Recorded poses among the procedural ones.
     """
 
-    def __init__(self, config: SceneConfig, seed: int, n_frames: int, renderer: str = "numba") -> None:
+    def __init__(
+        self,
+        config: SceneConfig,
+        seed: int,
+        n_frames: int,
+        renderer: str = "numba",
+        poses: PoseMix | None = None,
+    ) -> None:
         if not 0 <= seed < 2**63:
             raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
         if n_frames < 1:
@@ -54,6 +66,7 @@ class FrameSource:
         self._camera = config.make_camera()
         self._renderer = backends.renderer(renderer, self._camera)
         self._pools = Pools(config, seed)
+        self._poses = poses
 
     def __len__(self) -> int:
         return sum(self.counts)
@@ -82,9 +95,12 @@ class FrameSource:
         """
         split, frame_idx = self._locate(index)
         rng = np.random.default_rng([self.seed, _FRAME_STREAM, SPLITS.index(split), frame_idx])
-        draw = SceneDraw(self.config, self._pools, split, frame_idx, rng)
+        library = None if self._poses is None else self._poses.draw_library(split, rng)
+        draw = SceneDraw(self.config, self._pools, split, frame_idx, rng, library)
         family = draw_scene_family(draw)
-        for _ in range(MAX_SCENES):
+        for attempt in range(MAX_SCENES):
+            if attempt == MAX_LIBRARY_SCENES:
+                draw = replace(draw, library=None)
             scene = self._draw_scene(draw, family)
             if scene is None:
                 continue
@@ -161,7 +177,7 @@ class FrameSource:
             subject=person.subject.spec,
             scene_family=scene.family,
             pose_family=person.pose.family,
-            pose_id=f"pose/{draw.split}/{draw.frame_idx:07d}",
+            pose_id=person.pose.source_id or f"pose/{draw.split}/{draw.frame_idx:07d}",
             visible_fraction=labels.visible_fraction,
             objects=tuple(
                 _record(item, k + 1, float(labels.object_visible_fraction[k + 1]))

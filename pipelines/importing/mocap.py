@@ -1,0 +1,267 @@
+"""undergrowth import mocap: a pose library out of BVH motion capture."""
+
+import hashlib
+import logging
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from pipelines.errors import UserError
+from pipelines.settings import read_toml
+from synth.bodies.mocap.bvh import MocapError, parse_bvh
+from synth.bodies.mocap.ground import Support, find_support
+from synth.bodies.mocap.retarget import Retargeted, retarget
+from synth.bodies.mocap.roles import Convention
+from synth.bodies.mocap.select import joint_places, unlike_poses
+from synth.bodies.mocap.source import read_source
+from synth.bodies.poselib import (
+    FOOT_DOWN,
+    FOOT_FLAT,
+    FOOT_UP,
+    SPLITS,
+    PoseLibrary,
+    Trial,
+    write_library,
+)
+from synth.bodies.poses import seat_height_of
+from synth.bodies.poses_library import place_pose
+from synth.bodies.shape import BodySpec
+from synth.bodies.skin import make_body
+
+log = logging.getLogger(__name__)
+
+SHARES: dict[str, float] = {"train": 0.7, "val": 0.1, "test": 0.2}
+"""How subjects that no list names are dealt to the splits."""
+AVERAGE = BodySpec(1.70, 68.0, 0.5, 35.0)
+"""A pose that cannot be put on this body is dropped."""
+
+
+@dataclass(frozen=True)
+class MocapSettings:
+    """Makes a pose library out of BVH files; files that cannot be used are listed, the others imported.
+
+    Attributes:
+        folder: Where the .bvh files are, at any depth.
+        out: File of the library.
+        mapping: TOML file with a table [joints] of role = "joint name", for files with names of their own.
+        distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
+        train: Subjects that belong to this split.
+        val: Likewise.
+        test: Likewise.
+        seed: Deals out the subjects that no list names.
+    """
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    out: Path
+    mapping: Path | None = None
+    distance: float = 0.06
+    train: tuple[str, ...] = ()
+    val: tuple[str, ...] = ()
+    test: tuple[str, ...] = ()
+    seed: int = 0
+
+    def run(self) -> int:
+        """Imports, tells what became of every file."""
+        library = import_mocap(self)
+        write_library(self.out, library)
+        for split in SPLITS:
+            n_standing, n_sitting = (len(library.rows(split, is_sitting)) for is_sitting in (False, True))
+            subjects = sorted({trial.subject for trial in library.trials if trial.split == split})
+            log.info(
+                "%-5s %5d standing %5d sitting, subjects %s", split, n_standing, n_sitting, " ".join(subjects)
+            )
+        log.info("%d poses in %s, digest %s", len(library), self.out, library.digest[:16])
+        return 0
+
+    def given_splits(self) -> dict[str, str]:
+        """Split by subject, as the lists say."""
+        given: dict[str, str] = {}
+        for split in SPLITS:
+            for subject in getattr(self, split):
+                if given.setdefault(subject, split) != split:
+                    raise UserError(f"subject {subject} is listed for {given[subject]} and for {split}")
+        return given
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A file's poses before any is dropped.
+
+    Attributes:
+        trial: Where they come from.
+        poses: Angles and root.
+        support: What carries them.
+        is_t_pose: (n,) frames that are no poses.
+    """
+
+    trial: Trial
+    poses: Retargeted
+    support: Support
+    is_t_pose: NDArray[np.bool_]
+
+
+def import_mocap(settings: MocapSettings) -> PoseLibrary:
+    """Reads all files and keeps the poses that differ and fit an average body.
+
+    Args:
+        settings: What to import.
+
+    Raises:
+        UserError: There is no file, or none can be used.
+    """
+    if not settings.distance >= 0.0:
+        raise UserError(f"distance={settings.distance} must not be negative")
+    custom = None if settings.mapping is None else read_mapping(settings.mapping)
+    files = sorted(path for path in settings.folder.rglob("*") if path.suffix.lower() == ".bvh")
+    if not files:
+        raise UserError(f"{settings.folder} has no .bvh files")
+    recordings: list[Recording] = []
+    refused: list[str] = []
+    for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
+        try:
+            recordings.append(_read(path, recordings, custom, settings))
+        except (MocapError, OSError, UnicodeDecodeError) as error:
+            refused.append(f"refused: {path} {error}")
+    for line in refused:
+        log.warning("%s", line)
+    if not recordings:
+        raise UserError(f"none of the {len(files)} .bvh files in {settings.folder} can be used")
+    library = _library(recordings, settings)
+    if not len(library):
+        raise UserError(f"no pose of the {len(recordings)} usable files in {settings.folder} is left to keep")
+    return library
+
+
+def read_mapping(path: Path) -> Convention:
+    """Joint names by role out of a TOML file's table [joints].
+
+    Raises:
+        UserError: Another table, an unknown role or a missing one.
+    """
+    given = read_toml(path)
+    joints = given.get("joints")
+    if set(given) != {"joints"} or not isinstance(joints, Mapping):
+        raise UserError(f"{path} must have one table, [joints]; it has {', '.join(given) or 'nothing'}")
+    wrong = [role for role, name in joints.items() if not isinstance(name, str)]
+    if wrong:
+        raise UserError(f"{path}.joints.{wrong[0]}={joints[wrong[0]]!r} must be the name of a joint")
+    try:
+        return Convention(path.stem, joints)
+    except MocapError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def trial_and_subject(path: Path) -> tuple[str, str]:
+    """Names of a recording and its subject: "02_06" and "02" of 02_06_x.bvh; else the file's and the folder's."""
+    numbered = re.match(r"(\d+)_(\d+)(?:_|$)", path.stem)
+    if numbered:
+        return f"{numbered[1]}_{numbered[2]}", numbered[1]
+    return path.stem, path.parent.name
+
+
+def split_of(subject: str, given: Mapping[str, str], seed: int) -> str:
+    """The split that all of a subject's recordings belong to.
+
+    Args:
+        subject: Who.
+        given: Split by subject, where it is fixed.
+        seed: Deals out the others, each independently of who else there is.
+    """
+    if subject in given:
+        return given[subject]
+    drawn = int.from_bytes(hashlib.sha256(f"{seed}/{subject}".encode()).digest()[:8], "big") / 2.0**64
+    for split, share in SHARES.items():
+        drawn -= share
+        if drawn < 0.0:
+            return split
+    return SPLITS[-1]
+
+
+def _read(
+    path: Path, earlier: Sequence[Recording], custom: Convention | None, settings: MocapSettings
+) -> Recording:
+    name, subject = trial_and_subject(path)
+    for recording in earlier:
+        if recording.trial.name == name and recording.trial.subject == subject:
+            raise MocapError(f"is trial {name} again, which {recording.trial.file} gave already")
+    bvh = parse_bvh(path.read_text(encoding="utf-8"))
+    source = read_source(bvh, custom)
+    split = split_of(subject, settings.given_splits(), settings.seed)
+    trial = Trial(name, subject, split, path.name)
+    return Recording(trial, retarget(source), find_support(source, bvh.frame_time), source.is_t_pose)
+
+
+def _library(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLibrary:
+    """Thins each subject's poses and drops those that fit no body."""
+    whole = _joined(recordings, settings)
+    is_open = np.concatenate([(r.support.is_standing | r.support.is_sitting) & ~r.is_t_pose for r in recordings])
+    places = np.concatenate([joint_places(r.poses) for r in recordings])
+    subjects = np.array([t.subject for t in whole.trials])[whole.trial]
+    unlike = [
+        rows[unlike_poses(places[rows], is_open[rows], settings.distance)]
+        for rows in (np.flatnonzero(subjects == subject) for subject in sorted(set(subjects)))
+    ]
+    kept = np.sort(np.concatenate(unlike))
+    fitting = kept[_fits(whole, kept)]
+    _tell(whole, is_open, kept, fitting, recordings)
+    return whole.taken(fitting)
+
+
+def _joined(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLibrary:
+    lengths = [len(r.is_t_pose) for r in recordings]
+    feet = np.concatenate(
+        [
+            np.where(r.support.is_flat, FOOT_FLAT, np.where(r.support.is_down, FOOT_DOWN, FOOT_UP))
+            for r in recordings
+        ]
+    )
+    return PoseLibrary(
+        source="mocap",
+        trials=tuple(r.trial for r in recordings),
+        angles=np.concatenate([r.poses.angles for r in recordings]).astype(np.float32),
+        root=np.concatenate([r.poses.root for r in recordings]).astype(np.float32),
+        is_sitting=np.concatenate([r.support.is_sitting for r in recordings]),
+        feet=feet.astype(np.uint8),
+        trial=np.repeat(np.arange(len(recordings)), lengths).astype(np.int32),
+        frame=np.concatenate([np.arange(n) for n in lengths]).astype(np.int32),
+        settings={"distance": settings.distance, "seed": settings.seed},
+    )
+
+
+def _fits(library: PoseLibrary, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(m,) whether each pose can be put on an average body."""
+    body = make_body(AVERAGE)
+    seat = seat_height_of(body)
+    out = np.empty(len(rows), dtype=np.bool_)
+    for k, row in enumerate(tqdm(rows, unit="pose", delay=2.0, dynamic_ncols=True)):
+        rng = np.random.default_rng(0)
+        height = seat if library.is_sitting[row] else None
+        out[k] = place_pose(library, int(row), body, rng, height) is not None
+    return out
+
+
+def _tell(
+    library: PoseLibrary,
+    is_open: NDArray[np.bool_],
+    kept: NDArray[np.int64],
+    fitting: NDArray[np.int64],
+    recordings: Sequence[Recording],
+) -> None:
+    """One line a file: what became of its frames."""
+    n_open, n_kept, n_fitting = (Counter(library.trial[rows]) for rows in (np.flatnonzero(is_open), kept, fitting))
+    for k, recording in enumerate(recordings):
+        n = len(recording.is_t_pose)
+        log.info(
+            "%-5s %-24s %5d frames, %3d T-poses, %4d on no support, %4d alike, %3d do not fit, %4d kept",
+            recording.trial.split, recording.trial.file, n, recording.is_t_pose.sum(),
+            n - n_open[k] - int(recording.is_t_pose.sum()), n_open[k] - n_kept[k], n_kept[k] - n_fitting[k],
+            n_fitting[k],
+        )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Motion capture: reads BVH files and carries their poses over to our skeleton."""
