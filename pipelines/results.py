@@ -179,11 +179,14 @@ def read_results(path: Path) -> tuple[list[Results], dict]:
         header = json.loads(str(columns.pop("header")))
     except FileNotFoundError:
         raise UserError(f"there is no file {path}") from None
-    except (ValueError, KeyError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
         raise UserError(f"{path} holds no results or is damaged: {error}") from None
     if header.get("schema") != SCHEMA or header.get("schema_version") != SCHEMA_VERSION:
         found = f"{header.get('schema')} version {header.get('schema_version')}"
         raise UserError(f"{path} holds {found}; this program reads {SCHEMA} version {SCHEMA_VERSION}")
+    missing = [name for name in ("method", *_OF_FRAME, "seconds", *_OF_JOINT, *_ANSWERS) if name not in columns]
+    if missing:
+        raise UserError(f"{path} is damaged: it lacks the columns {', '.join(missing)}")
     methods = enumerate(header["methods"])
     return [_results(name, header, columns, columns["method"] == code) for code, name in methods], header[
         "context"

@@ -70,6 +70,25 @@ class TestRows:
         with pytest.raises(UserError, match=r"r\.npz"):
             read_results(path)
 
+    def test_damaged_bytes_give_the_same_rows_or_one_error(self, tmp_path):
+        path, rng = tmp_path / "r.npz", np.random.default_rng(0)
+        written = results_of(truths_of(5))
+        write_results(path, [written], {})
+        whole = path.read_bytes()
+        n_refused = 0
+        for _ in range(400):
+            torn = bytearray(whole)
+            torn[rng.integers(len(torn))] ^= 1 << int(rng.integers(8))
+            path.write_bytes(torn)
+            try:
+                (read,), _ = read_results(path)
+            except UserError:
+                n_refused += 1
+            else:
+                np.testing.assert_array_equal(read.proposals, written.proposals)
+                np.testing.assert_array_equal(read.truths.xyz, written.truths.xyz)
+        assert n_refused > 200
+
     def test_two_methods_of_one_name_are_refused(self, tmp_path):
         results = results_of(truths_of())
         with pytest.raises(ValueError, match="different names"):
