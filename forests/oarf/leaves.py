@@ -1,0 +1,197 @@
+"""What the leaves of a grown tree know: classes, and modes of the offsets to each joint."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from forests.growing import GrownTree
+from forests.hashing import hash4, splitmix64
+from forests.modes import WeightedPoints, find_modes, keep_heaviest
+from forests.oarf.model import LeafTable
+from forests.samples import TrainingSet
+
+N_VOTES = 400
+"""Samples of a leaf and layer that mean shift looks at, drawn by hash where there are more."""
+N_STARTS = 64
+"""Samples of these that climb; the others end where their neighbour in the leaf ends."""
+_TASK_LEAVES = 1024
+_VOTE_STREAM = 0x1EAF_0000_0000
+"""Beyond the numbers of candidates, which are hashed with the same seed and tree."""
+
+
+class _Votes(NamedTuple):
+    """What mean shift at the leaves reads, the same for all of them."""
+
+    points: NDArray[np.float32]
+    frame: NDArray[np.int32]
+    is_occluder: NDArray[np.bool_]
+    joints: NDArray[np.float32]
+
+
+class _Rules(NamedTuple):
+    """How leaves are clustered."""
+
+    bandwidth: float
+    n_votes: int
+    n_starts: int
+    seed: int
+    tree: int
+
+
+def leaf_table(
+    training: TrainingSet,
+    classes: NDArray[np.uint8],
+    n_classes: int,
+    n_parts: int,
+    grown: GrownTree,
+    bandwidth_m: float,
+    n_modes: int,
+    n_threads: int,
+    seed: int,
+    tree: int,
+    *,
+    on_leaves: Callable[[int], object] = lambda n: None,
+    n_votes: int = N_VOTES,
+    n_starts: int = N_STARTS,
+) -> LeafTable:
+    """Learns the leaves of a tree (equations 5 and 8).
+
+    Mean shift runs on the offsets from samples to a joint, in each leaf on those of body samples and on those of
+    occluder samples for themselves.
+
+    Args:
+        training: What the tree was grown on.
+        classes: (n_samples,) uint8, body parts first.
+        n_classes: Classes.
+        n_parts: The first so many classes are body parts; if all are, there is one layer.
+        grown: The tree.
+        bandwidth_m: b [m].
+        n_modes: Modes kept a joint and layer.
+        n_threads: Threads; the table is the same for any number.
+        seed: Of the forest.
+        tree: The tree's number.
+        on_leaves: `on_leaves(n)` is called, from the calling thread, as n further leaves are done.
+        n_votes: Samples of a leaf and layer that are looked at, at most.
+        n_starts: Samples of these that climb, at most.
+
+    Raises:
+        ValueError: An argument out of range, or classes that do not fit the tree.
+    """
+    _check(classes, n_classes, n_parts, grown, bandwidth_m)
+    for name, value in (
+        ("n_modes", n_modes),
+        ("n_threads", n_threads),
+        ("n_votes", n_votes),
+        ("n_starts", n_starts),
+    ):
+        if value < 1:
+            raise ValueError(f"{name}={value} must be at least 1")
+    n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if n_classes == n_parts else 2
+    shape = (n_leaves, n_layers, training.joints.shape[1], n_modes)
+    mode, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    samples = training.samples
+    votes = _Votes(samples.points(training.crops), samples.frame, classes >= n_parts, training.joints)
+    rules = _Rules(bandwidth_m, n_votes, n_starts, seed, tree)
+
+    def run(first: int) -> int:
+        last = min(first + _TASK_LEAVES, n_leaves)
+        _cluster_leaves(votes, grown.leaf_start, grown.order, first, last, rules, mode, weight)
+        return last - first
+
+    with ThreadPoolExecutor(n_threads) as pool:
+        try:
+            for task in as_completed([pool.submit(run, first) for first in range(0, n_leaves, _TASK_LEAVES)]):
+                on_leaves(task.result())
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return LeafTable(_class_shares(grown, classes, n_classes), mode, weight)
+
+
+def _check(classes: NDArray[np.uint8], n_classes: int, n_parts: int, grown: GrownTree, bandwidth_m: float) -> None:
+    if not 1 <= n_parts <= n_classes <= 256:
+        raise ValueError(f"n_parts={n_parts} and n_classes={n_classes} must be in 1..256, parts not above classes")
+    if classes.shape != grown.order.shape or classes.dtype != np.uint8:
+        raise ValueError(f"classes are {classes.dtype} {classes.shape}, must be uint8 {grown.order.shape}")
+    if len(classes) and classes.max() >= n_classes:
+        raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
+    if not 0.0 < bandwidth_m < np.inf:
+        raise ValueError(f"bandwidth_m={bandwidth_m} must be above 0 and finite")
+
+
+def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) -> NDArray[np.float32]:
+    """(n_leaves, n_classes) float32, p(c | leaf); a leaf without samples knows nothing: all classes alike."""
+    n_samples = np.diff(grown.leaf_start)
+    row = np.repeat(np.arange(len(n_samples)), n_samples) * n_classes
+    count = np.bincount(row + classes[grown.order], minlength=len(n_samples) * n_classes)
+    share = np.full((len(n_samples), n_classes), 1.0 / n_classes)
+    np.divide(count.reshape(share.shape), n_samples[:, None], out=share, where=n_samples[:, None] > 0)
+    return share.astype(np.float32)
+
+
+@njit(cache=True, nogil=True)
+def _cluster_leaves(
+    votes: _Votes, leaf_start: np.ndarray, order: np.ndarray, first: int, last: int, rules: _Rules,
+    mode: np.ndarray, weight: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes modes and weights of the leaves first..last-1."""
+    n_layers, n_joints = weight.shape[1], weight.shape[2]
+    drawn = np.empty(rules.n_votes, np.int32)
+    x, y, z = np.empty(rules.n_votes), np.empty(rules.n_votes), np.empty(rules.n_votes)
+    ones = np.ones(rules.n_votes)
+    found = np.empty((min(rules.n_votes, rules.n_starts), 5))
+    for leaf in range(first, last):
+        members = order[leaf_start[leaf] : leaf_start[leaf + 1]]
+        for layer in range(n_layers):
+            n_of_layer = 0
+            for s in members:
+                n_of_layer += votes.is_occluder[s] == (layer == 1)
+            if n_of_layer == 0:
+                continue
+            n = _draw(votes, members, layer, n_of_layer, leaf, rules, drawn)
+            points = WeightedPoints(x[:n], y[:n], z[:n], ones[:n])
+            share = n_of_layer / (n * len(members))
+            for joint in range(n_joints):
+                _offsets(votes, drawn, joint, points)
+                n_found = find_modes(points, rules.bandwidth, rules.n_starts, found)
+                for k in range(n_found):
+                    found[k, 3] *= share
+                keep_heaviest(found, n_found, mode[leaf, layer, joint], weight[leaf, layer, joint])
+
+
+@njit(cache=True, nogil=True)
+def _draw(
+    votes: _Votes, members: np.ndarray, layer: int, n_of_layer: int, leaf: int, rules: _Rules, drawn: np.ndarray
+) -> int:
+    """Draws samples of one layer: one out of each of n_votes equal stretches, by hash; returns how many."""
+    n = min(n_of_layer, len(drawn))
+    key = hash4(rules.seed, rules.tree, leaf, _VOTE_STREAM + layer)
+    k, number = 0, 0
+    place = np.int64(splitmix64(key) % np.uint64(n_of_layer // n))
+    for s in members:
+        if votes.is_occluder[s] != (layer == 1):
+            continue
+        if number == place:
+            drawn[k] = s
+            k += 1
+            if k == n:
+                break
+            begin, end = k * n_of_layer // n, (k + 1) * n_of_layer // n
+            place = begin + np.int64(splitmix64(key + np.uint64(k)) % np.uint64(end - begin))
+        number += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _offsets(votes: _Votes, drawn: np.ndarray, joint: int, offsets: WeightedPoints) -> None:
+    """Fills in the offsets from the samples' points to a joint [m]."""
+    for i in range(len(offsets.x)):
+        s = drawn[i]
+        frame = votes.frame[s]
+        offsets.x[i] = votes.joints[frame, joint, 0] - votes.points[s, 0]
+        offsets.y[i] = votes.joints[frame, joint, 1] - votes.points[s, 1]
+        offsets.z[i] = votes.joints[frame, joint, 2] - votes.points[s, 2]
