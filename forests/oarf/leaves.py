@@ -16,7 +16,7 @@ from forests.samples import TrainingSet
 
 N_VOTES = 400
 """Samples of a leaf and layer that mean shift looks at, drawn by hash where there are more."""
-N_STARTS = 64
+N_STARTS = 96
 """Samples of these that climb; the others end where their neighbour in the leaf ends."""
 _TASK_LEAVES = 1024
 _VOTE_STREAM = 0x1EAF_0000_0000
