@@ -156,8 +156,9 @@ def walk_joint(
             place_point(depth, points[walk], fx, fy, cx, cy, nearest, farthest, column, row, walk)
             if step_number >= plan.n_arriving[joint]:
                 for axis in range(3):
-                    moments[axis] += points[walk, axis]
-                    moments[axis + 3] += points[walk, axis] * points[walk, axis]
+                    place = np.float64(points[walk, axis])
+                    moments[axis] += place
+                    moments[axis + 3] += place * place
         step *= plan.decay[joint]
     moments /= n_walks * (plan.n_steps - plan.n_arriving[joint])
 
