@@ -4,7 +4,8 @@ import hashlib
 import json
 import logging
 import sys
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,10 @@ import numpy as np
 import tyro
 from tqdm import tqdm
 
+from forests.modelfile import ModelFileError, read_model
+from forests.oarf.predict import Predictor
+from forests.oarf.storage import load_model as load_regression_forest
+from forests.rwf.forest import Walker
 from pipelines.corpus import Corpus
 from pipelines.corpus.header import software_versions
 from pipelines.corpus.sequence import CorpusFrames
@@ -122,16 +127,31 @@ def load_contestant(path: Path) -> tuple[Contestant, dict]:
     Raises:
         UserError: There is no such file, or it holds no model.
     """
-    from forests.modelfile import ModelFileError
-    from forests.oarf.predict import Predictor
-    from forests.oarf.storage import load_model
-
     try:
-        model = load_model(path)
+        contents = read_model(path)
+        if contents.kind not in _PREDICTORS:
+            known = ", ".join(_PREDICTORS)
+            raise UserError(f"{path} holds a model of kind {contents.kind!r}; known are {known}")
+        predictor = _PREDICTORS[contents.kind](path)
     except ModelFileError as error:
         raise UserError(str(error)) from None
-    about = {"name": path.name, "digest": file_digest(path), "config": asdict(model.config)}
-    return contestant_of(path.stem, Predictor(model)), about
+    config = contents.metadata.get("config")
+    about = {"name": path.name, "kind": contents.kind, "digest": file_digest(path), "config": config}
+    return contestant_of(path.stem, predictor), about
+
+
+def _regression_forest(path: Path) -> Predictor:
+    return Predictor(load_regression_forest(path))
+
+
+def _random_walk_forest(path: Path) -> Walker:
+    from forests.rwf.storage import load_model
+
+    return Walker(load_model(path))
+
+
+_PREDICTORS: dict[str, Callable[[Path], object]] = {"oarf": _regression_forest, "rwf": _random_walk_forest}
+"""How a model of a kind is made ready to be asked."""
 
 
 def spread(indices: np.ndarray, limit: int) -> np.ndarray:

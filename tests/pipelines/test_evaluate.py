@@ -2,17 +2,25 @@
 
 import json
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from forests.estimate import JointEstimate
+from forests.modelfile import write_model
 from forests.oarf.classes import ClassTable
+from forests.oarf.config import OARFConfig
+from forests.oarf.model import ForestTree, LeafTable, OARFModel
+from forests.oarf.storage import quantised, save_model
+from forests.oarf.tune import untuned
+from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from pipelines.cli import main
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
+from pipelines.evaluate import load_contestant
 from pipelines.metrics import MEASURES, read_truths
 from pipelines.predictions import Contestant, contestant_of, predict_frames
 from pipelines.results import read_results
@@ -56,6 +64,19 @@ class Blind:
 
     def predict(self, depth, camera):
         return estimate_of(np.full((15, 1, 3), np.nan), np.zeros((15, 1), np.float32), camera)
+
+
+def stump():
+    """A forest of one leaf."""
+    config = OARFConfig(n_trees=1)
+    classes = ClassTable.of(LABELS, config.mode)
+    nodes = np.zeros(1, NODE_DTYPE)
+    nodes["threshold"] = LEAF_THRESHOLD
+    shape = 1, 2, LABELS.n_joints, config.n_modes
+    probability = np.full((1, classes.n_classes), 1 / classes.n_classes, np.float32)
+    leaves = LeafTable(probability, np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
+    tuning = replace(untuned(LABELS.n_joints), max_offset_m=np.full(LABELS.n_joints, 1.0, np.float32))
+    return OARFModel(config, LABELS, classes, (quantised(ForestTree(nodes, leaves)),), tuning)
 
 
 @pytest.fixture
@@ -178,6 +199,35 @@ def test_a_corpus_without_the_split_is_told(order, tmp_path, evaluated, toy_corp
     write_corpus(tmp_path / "c", order(3))
     assert main(["evaluate", "m", str(tmp_path / "c")]) == 1
     assert "has no frames of the split test" in capsys.readouterr().err
+
+
+def test_a_forest_is_read_from_its_file(tmp_path):
+    path = tmp_path / "stump.safetensors"
+    save_model(path, stump())
+    contestant, about = load_contestant(path)
+    assert contestant.method == "stump"
+    assert contestant.joints == JOINT_NAMES
+    assert contestant.classes is not None
+    assert contestant.classes.n_classes == 38
+    assert about["kind"] == "oarf"
+    assert about["config"]["mode"] == "semantic"
+    assert len(about["digest"]) == 64
+
+
+def test_a_file_that_is_no_forest_is_one_line(tmp_path, toy_corpus, capsys):
+    foreign, other = tmp_path / "foreign", tmp_path / "other"
+    foreign.write_text("no model, but long enough to be one")
+    write_model(other, "tree house", {}, {})
+    expected = {
+        tmp_path / "nothing": "there is no model file",
+        foreign: "is no model file",
+        other: "of kind 'tree house'; known are oarf, rwf",
+    }
+    for path, sentence in expected.items():
+        assert main(["evaluate", str(path), str(toy_corpus.path)]) == 1
+        err = capsys.readouterr().err
+        assert sentence in err
+        assert err.count("\n") == 1
 
 
 def test_an_unknown_joint_and_a_wrong_shape_are_told(toy_corpus):
