@@ -32,7 +32,7 @@ from synth.render import backends
 from synth.render.records import RenderObject
 from synth.vocabulary import OCCLUDER_CODE
 
-CAMERA = Camera(170, 240, 260.0, 260.0, 84.5, 119.5)
+CAMERA = Camera(210, 300, 330.0, 330.0, 104.5, 149.5)
 BONES = (
     ("head", "neck"), ("neck", "l_shoulder"), ("neck", "r_shoulder"), ("l_shoulder", "l_elbow"),
     ("l_elbow", "l_wrist"), ("r_shoulder", "r_elbow"), ("r_elbow", "r_wrist"), ("neck", "hips"),

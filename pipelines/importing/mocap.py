@@ -3,7 +3,6 @@
 import hashlib
 import logging
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +28,7 @@ from synth.bodies.poselib import (
     SPLITS,
     PoseLibrary,
     Trial,
+    joined,
     write_library,
 )
 from synth.bodies.poses import seat_height_of
@@ -93,19 +93,26 @@ class MocapSettings:
 
 @dataclass(frozen=True)
 class Recording:
-    """A file's poses before any is dropped.
+    """A file's poses that differ from each other.
 
     Attributes:
-        trial: Where they come from.
-        poses: Angles and root.
-        support: What carries them.
-        is_t_pose: (n,) frames that are no poses.
+        poses: They, as a library of one recording.
+        places: (n, 15, 3) joints of an average body in them [m].
+        n_frames: Frames of the file.
+        n_t_poses: Those that are T-poses.
+        n_open: Those that stand or sit.
     """
 
-    trial: Trial
-    poses: Retargeted
-    support: Support
-    is_t_pose: NDArray[np.bool_]
+    poses: PoseLibrary
+    places: NDArray[np.float64]
+    n_frames: int
+    n_t_poses: int
+    n_open: int
+
+    @property
+    def trial(self) -> Trial:
+        """Where they come from."""
+        return self.poses.trials[0]
 
 
 def import_mocap(settings: MocapSettings) -> PoseLibrary:
@@ -160,11 +167,12 @@ def read_mapping(path: Path) -> Convention:
 
 
 def trial_and_subject(path: Path) -> tuple[str, str]:
-    """Names of a recording and its subject: "02_06" and "02" of 02_06_x.bvh; else the file's and the folder's."""
+    """Names of a recording and its subject: "02_06" and "02" of 02_06_x.bvh; else by the folder."""
     numbered = re.match(r"(\d+)_(\d+)(?:_|$)", path.stem)
     if numbered:
         return f"{numbered[1]}_{numbered[2]}", numbered[1]
-    return path.stem, path.parent.name
+    subject = path.resolve().parent.name
+    return f"{subject}_{path.stem}", subject
 
 
 def split_of(subject: str, given: Mapping[str, str], seed: int) -> str:
@@ -190,50 +198,60 @@ def _read(
 ) -> Recording:
     name, subject = trial_and_subject(path)
     for recording in earlier:
-        if recording.trial.name == name and recording.trial.subject == subject:
+        if recording.trial.name == name:
             raise MocapError(f"is trial {name} again, which {recording.trial.file} gave already")
     bvh = parse_bvh(path.read_text(encoding="utf-8"))
     source = read_source(bvh, custom)
-    split = split_of(subject, settings.given_splits(), settings.seed)
-    trial = Trial(name, subject, split, path.name)
-    return Recording(trial, retarget(source), find_support(source, bvh.frame_time), source.is_t_pose)
+    poses, support = retarget(source), find_support(source, bvh.frame_time)
+    places = joint_places(poses)
+    is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
+    rows = unlike_poses(places, is_open, settings.distance)
+    trial = Trial(name, subject, split_of(subject, settings.given_splits(), settings.seed), path.name)
+    return Recording(
+        _library_of(trial, poses, support, settings).taken(rows),
+        places[rows],
+        len(is_open),
+        int(source.is_t_pose.sum()),
+        int(is_open.sum()),
+    )
+
+
+def _library_of(trial: Trial, poses: Retargeted, support: Support, settings: MocapSettings) -> PoseLibrary:
+    n = len(poses.angles)
+    feet = np.where(support.is_flat, FOOT_FLAT, np.where(support.is_down, FOOT_DOWN, FOOT_UP))
+    return PoseLibrary(
+        source="mocap",
+        trials=(trial,),
+        angles=poses.angles.astype(np.float32),
+        root=poses.root.astype(np.float32),
+        is_sitting=support.is_sitting,
+        feet=feet.astype(np.uint8),
+        trial=np.zeros(n, dtype=np.int32),
+        frame=np.arange(n, dtype=np.int32),
+        settings={"distance": settings.distance, "seed": settings.seed},
+    )
 
 
 def _library(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLibrary:
-    """Thins each subject's poses and drops those that fit no body."""
-    whole = _joined(recordings, settings)
-    is_open = np.concatenate([(r.support.is_standing | r.support.is_sitting) & ~r.is_t_pose for r in recordings])
-    places = np.concatenate([joint_places(r.poses) for r in recordings])
-    subjects = np.array([t.subject for t in whole.trials])[whole.trial]
-    unlike = [
-        rows[unlike_poses(places[rows], is_open[rows], settings.distance)]
-        for rows in (np.flatnonzero(subjects == subject) for subject in sorted(set(subjects)))
-    ]
-    kept = np.sort(np.concatenate(unlike))
+    """Thins each subject's poses and drops those that fit no body; tells what became of each file."""
+    whole = joined([recording.poses for recording in recordings])
+    places = np.concatenate([recording.places for recording in recordings])
+    subjects = np.array([trial.subject for trial in whole.trials])[whole.trial]
+    unlike = []
+    for subject in sorted(set(subjects)):
+        rows = np.flatnonzero(subjects == subject)
+        unlike.append(rows[unlike_poses(places[rows], np.ones(len(rows), np.bool_), settings.distance)])
+    kept = np.sort(np.concatenate([*unlike, np.empty(0, np.int64)]))
     fitting = kept[_fits(whole, kept)]
-    _tell(whole, is_open, kept, fitting, recordings)
+    n_kept, n_fitting = (np.bincount(whole.trial[rows], minlength=len(recordings)) for rows in (kept, fitting))
+    for k, recording in enumerate(recordings):
+        log.info(
+            "%-5s %-24s %5d frames, %3d T-poses, %4d on no support, %4d alike, %3d do not fit, %4d kept",
+            recording.trial.split, recording.trial.file, recording.n_frames, recording.n_t_poses,
+            recording.n_frames - recording.n_open - recording.n_t_poses, recording.n_open - n_kept[k],
+            n_kept[k] - n_fitting[k], n_fitting[k],
+        )  # fmt: skip
     return whole.taken(fitting)
-
-
-def _joined(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLibrary:
-    lengths = [len(r.is_t_pose) for r in recordings]
-    feet = np.concatenate(
-        [
-            np.where(r.support.is_flat, FOOT_FLAT, np.where(r.support.is_down, FOOT_DOWN, FOOT_UP))
-            for r in recordings
-        ]
-    )
-    return PoseLibrary(
-        source="mocap",
-        trials=tuple(r.trial for r in recordings),
-        angles=np.concatenate([r.poses.angles for r in recordings]).astype(np.float32),
-        root=np.concatenate([r.poses.root for r in recordings]).astype(np.float32),
-        is_sitting=np.concatenate([r.support.is_sitting for r in recordings]),
-        feet=feet.astype(np.uint8),
-        trial=np.repeat(np.arange(len(recordings)), lengths).astype(np.int32),
-        frame=np.concatenate([np.arange(n) for n in lengths]).astype(np.int32),
-        settings={"distance": settings.distance, "seed": settings.seed},
-    )
 
 
 def _fits(library: PoseLibrary, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -242,26 +260,6 @@ def _fits(library: PoseLibrary, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     seat = seat_height_of(body)
     out = np.empty(len(rows), dtype=np.bool_)
     for k, row in enumerate(tqdm(rows, unit="pose", delay=2.0, dynamic_ncols=True)):
-        rng = np.random.default_rng(0)
         height = seat if library.is_sitting[row] else None
-        out[k] = place_pose(library, int(row), body, rng, height) is not None
+        out[k] = place_pose(library, int(row), body, np.random.default_rng(0), height) is not None
     return out
-
-
-def _tell(
-    library: PoseLibrary,
-    is_open: NDArray[np.bool_],
-    kept: NDArray[np.int64],
-    fitting: NDArray[np.int64],
-    recordings: Sequence[Recording],
-) -> None:
-    """One line a file: what became of its frames."""
-    n_open, n_kept, n_fitting = (Counter(library.trial[rows]) for rows in (np.flatnonzero(is_open), kept, fitting))
-    for k, recording in enumerate(recordings):
-        n = len(recording.is_t_pose)
-        log.info(
-            "%-5s %-24s %5d frames, %3d T-poses, %4d on no support, %4d alike, %3d do not fit, %4d kept",
-            recording.trial.split, recording.trial.file, n, recording.is_t_pose.sum(),
-            n - n_open[k] - int(recording.is_t_pose.sum()), n_open[k] - n_kept[k], n_kept[k] - n_fitting[k],
-            n_fitting[k],
-        )  # fmt: skip

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -131,6 +132,19 @@ class PoseLibrary:
     def taken(self, rows: NDArray[np.int64]) -> "PoseLibrary":
         """The library with these poses only."""
         return replace(self, **{name: getattr(self, name)[rows] for name in _ARRAYS})
+
+
+def joined(parts: Sequence[PoseLibrary]) -> PoseLibrary:
+    """One library out of several of the same source; the first one's settings are kept.
+
+    Args:
+        parts: At least one.
+    """
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
+    first = np.cumsum([0, *(len(part.trials) for part in parts)])
+    arrays["trial"] = np.concatenate([part.trial + np.int32(k) for part, k in zip(parts, first, strict=False)])
+    trials = tuple(trial for part in parts for trial in part.trials)
+    return replace(parts[0], trials=trials, **arrays)
 
 
 def _header(library: PoseLibrary) -> dict[str, object]:

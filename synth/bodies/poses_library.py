@@ -6,7 +6,7 @@ import numpy as np
 
 from synth.bodies.body import Body, Pose
 from synth.bodies.collision import self_collides
-from synth.bodies.ik import Goal
+from synth.bodies.ik import Goal, solve_limb
 from synth.bodies.poselib import FOOT_DOWN, FOOT_FLAT, FOOT_UP, PoseLibrary
 from synth.bodies.poses_draft import Draft
 from synth.bodies.poses_sit import lay_hands_in_lap, lower_onto_seat, put_foot_down
@@ -14,8 +14,8 @@ from synth.bodies.poses_stand import SIGN, curl_fingers, hang_arm
 from synth.bodies.skeleton import LINK_IDX
 from synth.bodies.skinning import pose_vertices
 
-ON_FLOOR = 0.003
-"""A foot is put down to within this [m]; what is left must be below `MAX_GAP`."""
+ON_FLOOR = 0.006
+"""Knees do not bend to bring the other foot nearer to the floor than this [m]."""
 MAX_GAP = 0.01
 """Law: standing feet end within this of the floor, and no skin below it [m]."""
 SPREADS = (-6.0, 38.0)
@@ -23,6 +23,8 @@ SPREADS = (-6.0, 38.0)
 CROSSED = 0.12
 """A foot this much higher than the other one is not put down when the person sits [m]."""
 N_REPAIRS = 8
+_AT_ANKLE = np.array([1.0, 1.0, 1.0, 1.0, 0.004, 0.004])
+"""Pull to their angles of hip, knee and ankle, when only the ankle is to turn [m/rad]."""
 # Small turns that may take an arm out of what it is in [degrees].
 _ARM_TURNS = (
     ("shoulder_abduction", 4.0), ("shoulder_flexion", 4.0), ("shoulder_flexion", -4.0),
@@ -127,6 +129,8 @@ def _plant(draft: Draft, state: dict[str, int]) -> float:
     Returns:
         Height of the foot farthest off the floor it should stand on [m].
     """
+    for side in (s for s in "lr" if state[s] == FOOT_FLAT):
+        _level_foot(draft, side)
     low = {side: _lowest(draft, side) for side in "lr"}
     standing = [side for side in "lr" if state[side] != FOOT_UP]
     draft.T_world_root[2, 3] -= min(low[side] for side in standing)
@@ -136,11 +140,24 @@ def _plant(draft: Draft, state: dict[str, int]) -> float:
             _put_down(draft, side, state[side])
         heights = [_lowest(draft, side) for side in standing]
         gap = max(abs(height) for height in heights)
-        if gap < ON_FLOOR:
+        missing = max(heights) - ON_FLOOR
+        if missing <= 0.0:
             break
-        # A leg too short to reach: come down by what is missing, the other leg bends.
-        draft.T_world_root[2, 3] -= max(heights)
+        # A leg is too short to reach: come down by what is missing, the other leg bends.
+        draft.T_world_root[2, 3] -= missing
     return gap
+
+
+def _level_foot(draft: Draft, side: str) -> None:
+    """Turns a foot level at the ankle, so that leg and root need not make up for its tilt."""
+    T = draft.links()[LINK_IDX[f"{side}_ankle_inversion"]]
+    goals = [
+        Goal("ankle_inversion", (0, 0, 1), (0, 0, 1), 0.3, is_point=False),
+        Goal("ankle_inversion", (1, 0, 0), (*unit_or_forward(T[0, 0], T[1, 0]), 0.0), 0.15, is_point=False),
+    ]
+    draft.angles = solve_limb(
+        draft.body.skeleton, f"{side}_leg", draft.links(), draft.angles, goals, _AT_ANKLE
+    ).angles
 
 
 def _put_down(draft: Draft, side: str, state: int) -> None:
@@ -148,7 +165,8 @@ def _put_down(draft: Draft, side: str, state: int) -> None:
     sole = (0.0, 0.0, draft.marks.side[side].sole[2])
     link = f"{side}_ankle_inversion"
     T = draft.links()[LINK_IDX[link]]
-    x, y, z = draft.point(link, sole)
+    x, y, _ = draft.point(link)
+    z = float(draft.point(link, sole)[2])
     heading = unit_or_forward(T[0, 0], T[1, 0])
     toes, up = (
         (T[:3, 0], T[:3, 2]) if state != FOOT_FLAT else (np.array([*heading, 0.0]), np.array([0.0, 0.0, 1.0]))
@@ -162,7 +180,8 @@ def _put_down(draft: Draft, side: str, state: int) -> None:
             return
         z -= low if is_level or abs(low) > 0.02 else 0.0
         goals = [
-            Goal("ankle_inversion", sole, (x, y, z), (0.7, 0.7, 1.5)),
+            Goal("ankle_inversion", sole, (0.0, 0.0, z), (0.0, 0.0, 1.5)),
+            Goal("ankle_inversion", (0, 0, 0), (x, y, 0.0), (0.7, 0.7, 0.0)),
             Goal("ankle_inversion", (0, 0, 1), up, 0.3, is_point=False),
             Goal("ankle_inversion", (1, 0, 0), toes, 0.15, is_point=False),
         ]

@@ -168,12 +168,22 @@ def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[n
     return out
 
 
+def rest_values(bvh: Bvh) -> NDArray[np.float64]:
+    """(1, n_channels) the rest pose as channels: no turns, every joint at its offset."""
+    row = [
+        joint.offset["XYZ".index(name[0])] if name.endswith("position") else 0.0
+        for joint in bvh.joints
+        for name in joint.channels
+    ]
+    return np.array([row])
+
+
 def place_joints(bvh: Bvh, values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where the joints are.
 
     Args:
         bvh: The tree.
-        values: (n, n_channels) channels; all zero is the rest pose.
+        values: (n, n_channels) channels, in the order of the file.
 
     Returns:
         (n, n_joints, 3) positions [file's unit] and (n, n_joints, 3, 3) rotations, the file's own axes.

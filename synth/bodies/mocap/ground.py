@@ -14,7 +14,7 @@ STILL = 0.15
 """A foot slower than this stands [m/s]."""
 ON_FLOOR = 0.035
 """A foot no higher than this stands on the floor [m]."""
-FLAT = np.radians(20.0)
+FLAT = np.radians(15.0)
 """A sole tilted less than this stands flat."""
 SEATED_SPEED = 0.35
 """Hips of people who sit are slower than this [m/s]."""

@@ -15,7 +15,7 @@ TURN_WEIGHT = 0.1
 """Likewise of the axes of thorax and head."""
 HAND_WEIGHT = 0.05
 """Likewise of fingers and palms, which markers tell worst."""
-TOES_WEIGHT = 0.05
+TOES_WEIGHT = 0.07
 SOLE_WEIGHT = 0.05
 REST_WEIGHT = 0.004
 """Pull to the closed form, which decides what no direction does [m/rad]."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.mocap.bvh import Bvh, MocapError, place_joints
+from synth.bodies.mocap.bvh import Bvh, MocapError, place_joints, rest_values
 from synth.bodies.mocap.roles import Convention, joints_of
 
 LEG_LENGTH = 0.835
@@ -33,8 +33,8 @@ class Source:
         pelvis: (n, 3, 3) T_world_pelvis's rotation; at rest the identity: x forward, y left, z up.
         thorax: (n, 3, 3) likewise.
         head: (n, 3, 3) likewise.
-        limb: (n, 2, 4, 3) by side: upper arm, forearm, thigh, shank, from the trunk outwards.
-        clavicle: (n, 2, 3) inner end to shoulder, thorax frame.
+        limb: (n, 2, 4, 3) by side, world: upper arm, forearm, thigh, shank, from the trunk outwards.
+        clavicle: (n, 2, 3) inner end to shoulder, thorax frame [m].
         clavicle_rest: (2, 3) likewise at rest.
         fingers: (n, 2, 3) from the wrist.
         palm: (n, 2, 3) out of the palm; palms face down at rest.
@@ -66,7 +66,7 @@ class Source:
 def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
     """Turns a file into a motion.
 
-    The rest pose is the first frame if that is a T-pose, else the file's own (all channels zero).
+    The rest pose is the first frame if that is a T-pose, else the file's own (no joint turned).
 
     Args:
         bvh: The file.
@@ -75,10 +75,10 @@ def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
     Raises:
         MocapError: Joints are missing, two coincide, or neither rest pose is a T-pose.
     """
-    joints = joints_of(bvh, custom)
+    convention, joints = joints_of(bvh, custom)
     columns = list(joints.values())
-    zero = np.zeros((1, bvh.values.shape[1]))
-    position, rotation = (array[:, columns] for array in place_joints(bvh, np.concatenate([bvh.values, zero])))
+    values = np.concatenate([bvh.values, rest_values(bvh)])
+    position, rotation = (array[:, columns] for array in place_joints(bvh, values))
     place = {role: k for k, role in enumerate(joints)}
     axes = _axes(position[-1], place)
     position = position @ axes.T
@@ -90,10 +90,11 @@ def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
             "has no T-pose: neither its first frame nor its rest pose has level arms and straight legs"
         )
     rest = 0 if is_t_pose[0] else -1
-    return _measured(place, unit, position * unit, rotation, rest, is_t_pose)
+    return _measured(convention, place, unit, position * unit, rotation, rest, is_t_pose)
 
 
 def _measured(
+    convention: Convention,
     place: dict[str, int],
     unit: float,
     position: NDArray[np.float64],
@@ -101,44 +102,48 @@ def _measured(
     rest: int,
     is_t_pose: NDArray[np.bool_],
 ) -> Source:
+    """Limbs point where their joints' turns since the T-pose take them.
+
+    In a T-pose elbows and knees are straight and the limbs lie in the frontal plane, whatever the offsets say:
+    skeletons are drawn with bent elbows while their turns mean straight ones.
+    """
+
     def turn(role: str) -> NDArray[np.float64]:
-        return rotation[:, place[role]] @ rotation[rest, place[role]].T
+        return (rotation[:, place[role]] @ rotation[rest, place[role]].T)[:-1]
 
-    def carried(role: str, at_rest: NDArray[np.float64]) -> NDArray[np.float64]:
-        return turn(role) @ at_rest
+    def straight(start: str, end: str) -> NDArray[np.float64]:
+        return _unit_vector((position[rest, place[end]] - position[rest, place[start]]) * (0.0, 1.0, 1.0))
 
-    def both(direction: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-        return np.stack(direction, axis=1)[:-1]
-
-    def way(start: str, end: str) -> NDArray[np.float64]:
-        return _unit_vectors(position[:, place[end]] - position[:, place[start]], f"{start} and {end}")
-
-    bones = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
-    limb = [np.stack([way(f"{s}_{a}", f"{s}_{b}") for a, b in bones], axis=1) for s in SIDES]
-    forward = [_level(way(f"{s}_ankle", f"{s}_toe")[rest]) for s in SIDES]
     thorax = turn("thorax")
-    clavicle = [np.einsum("nba,nb->na", thorax, way(f"{s}_clavicle", f"{s}_shoulder")) for s in SIDES]
-    fingers = [
-        way(f"{s}_wrist", f"{s}_fingers")
-        if f"{s}_fingers" in place
-        else carried(f"{s}_wrist", way(f"{s}_elbow", f"{s}_wrist")[rest])
-        for s in SIDES
-    ]
-    up = np.array([0.0, 0.0, 1.0])
+    limb, clavicle, clavicle_rest, fingers, palm, toes, sole = [], [], [], [], [], [], []
+    for s, sign in (("l", 1.0), ("r", -1.0)):
+        arm, leg = straight(f"{s}_shoulder", f"{s}_wrist"), straight(f"{s}_hip", f"{s}_ankle")
+        if convention.arms_at_rest is not None:
+            arm = np.array([0.0, sign * np.cos(convention.arms_at_rest), np.sin(convention.arms_at_rest)])
+        roles = (("shoulder", arm), ("elbow", arm), ("hip", leg), ("knee", leg))
+        limb.append(np.stack([turn(f"{s}_{role}") @ at_rest for role, at_rest in roles], axis=1))
+        way = position[:, place[f"{s}_shoulder"]] - position[:, place[f"{s}_clavicle"]]
+        clavicle.append(np.einsum("nba,nb->na", thorax, way[:-1]))
+        clavicle_rest.append(way[rest])
+        fingers.append(turn(f"{s}_wrist") @ arm)
+        palm.append(turn(f"{s}_wrist") @ np.array([0.0, sign * arm[2], -sign * arm[1]]))
+        forward = (position[rest, place[f"{s}_toe"]] - position[rest, place[f"{s}_ankle"]]) * (1.0, 1.0, 0.0)
+        toes.append(turn(f"{s}_ankle") @ _unit_vector(forward))
+        sole.append(turn(f"{s}_ankle") @ np.array([0.0, 0.0, 1.0]))
     return Source(
         unit=unit,
         joints=place,
         position=position[:-1],
-        pelvis=turn("hips")[:-1],
-        thorax=thorax[:-1],
-        head=turn("head")[:-1],
-        limb=both(limb),
-        clavicle=both(clavicle),
-        clavicle_rest=np.stack([c[rest] for c in clavicle]),
-        fingers=both(fingers),
-        palm=both([carried(f"{s}_wrist", -up) for s in SIDES]),
-        toes=both([carried(f"{s}_ankle", f) for s, f in zip(SIDES, forward, strict=True)]),
-        sole=both([carried(f"{s}_ankle", up) for s in SIDES]),
+        pelvis=turn("hips"),
+        thorax=thorax,
+        head=turn("head"),
+        limb=np.stack(limb, axis=1),
+        clavicle=np.stack(clavicle, axis=1),
+        clavicle_rest=np.stack(clavicle_rest),
+        fingers=np.stack(fingers, axis=1),
+        palm=np.stack(palm, axis=1),
+        toes=np.stack(toes, axis=1),
+        sole=np.stack(sole, axis=1),
         is_t_pose=is_t_pose[:-1],
     )
 
@@ -188,16 +193,8 @@ def _is_t_pose(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[
     return out
 
 
-def _level(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    flat = direction * (1.0, 1.0, 0.0)
-    norm = float(np.linalg.norm(flat))
-    if norm < 0.2:
-        raise MocapError("has feet that point straight up or down in the T-pose")
-    return flat / norm
-
-
-def _unit_vectors(vectors: NDArray[np.float64], between: str) -> NDArray[np.float64]:
-    norms = np.linalg.norm(vectors, axis=1, keepdims=True)
-    if norms.min() < 1e-9:
-        raise MocapError(f"has {between} at one place")
-    return vectors / norms
+def _unit_vector(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    norm = float(np.linalg.norm(vector))
+    if norm < 1e-6:
+        raise MocapError("has limbs or feet without length in the T-pose")
+    return vector / norm
