@@ -9,6 +9,16 @@ _N_RANGE_SAMPLES = 16
 """The least and the greatest of so many values span about the inner 90 % of all, without sorting."""
 
 
+_SAMPLES_PER_BIN = 8
+"""Finer thresholds than so many samples a bin cost time and gain nothing."""
+
+
+@njit(cache=True, nogil=True, inline="always")
+def n_inner_bins(n_samples: int, n_thresholds: int) -> int:
+    """Bins between the two extreme ones: a threshold less than `n_thresholds`, fewer for few samples."""
+    return max(min(n_thresholds - 1, n_samples // _SAMPLES_PER_BIN), 2)
+
+
 @njit(cache=True, nogil=True, inline="always")
 def inner_range(values: np.ndarray) -> tuple[int, int]:
     """(low, high) [mm] of about the inner 90 % of the values that are not cut; (0, 0) if all looked at are."""
@@ -65,9 +75,9 @@ def bin_threshold(number: int, low: int, high: int, n_inner: int) -> int:
     """The greatest value [mm] of bin `number` or a lower one: what lies above goes to the right child."""
     if number == 0:
         return -FEATURE_LIMIT_MM
-    if number == n_inner:
-        return FEATURE_LIMIT_MM - 1
     scale = bin_scale(low, high, n_inner)
+    if inner_bin(high, low, high, scale) + 1 <= number:
+        return FEATURE_LIMIT_MM - 1
     value = int32(low)
     while value < high and inner_bin(int32(value + 1), low, high, scale) + 1 <= number:
         value = int32(value + 1)

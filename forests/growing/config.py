@@ -14,6 +14,8 @@ class GrowthConfig:
     Attributes:
         max_depth: Decisions on the longest way down.
         n_candidates: Features drawn per node.
+        candidates_per_sample: A small node draws no more features than so many a sample: few samples cannot tell
+            many candidates apart.
         n_thresholds: Thresholds tried per feature.
         max_samples_per_split: Samples of a node that the finalists are judged on; a larger node is judged on so
             many, drawn by hash.
@@ -25,6 +27,7 @@ class GrowthConfig:
 
     max_depth: int = 20
     n_candidates: int = 2000
+    candidates_per_sample: int = 4
     n_thresholds: int = 32
     max_samples_per_split: int = 5000
     n_racing_samples: int = 64
@@ -44,6 +47,7 @@ class GrowthConfig:
 _RANGES = {
     "max_depth": (0, 60),
     "n_candidates": (1, 2**20),
+    "candidates_per_sample": (1, 2**20),
     "n_thresholds": (3, 256),
     "max_samples_per_split": (2, 2**24),
     "n_racing_samples": (2, 2**24),

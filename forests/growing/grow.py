@@ -18,7 +18,7 @@ from forests.samples import Samples
 DIRECTION_ONE = 16384
 """int16 of a unit along one axis of a direction."""
 
-_SUBTREE_SAMPLES = 32768
+SUBTREE_SAMPLES = 32768
 """A node with more samples is a task of its own; with fewer, all of its subtree is one task."""
 
 
@@ -123,6 +123,7 @@ def _grow(
         tree,
         config.max_depth,
         config.n_candidates,
+        config.candidates_per_sample,
         config.n_thresholds,
         config.max_samples_per_split,
         config.n_racing_samples,
@@ -134,7 +135,7 @@ def _grow(
     stop = np.zeros(1, np.bool_)
 
     def run(task: _Task) -> tuple[GrownNodes, list[_Task]]:
-        max_nodes = 1 if task.end - task.begin > _SUBTREE_SAMPLES else 2**62
+        max_nodes = 1 if task.end - task.begin > SUBTREE_SAMPLES else 2**62
         grown, further = grow_nodes(crops, samples, target, order, *task, max_nodes, rules, stop)
         return grown, [_Task(*row) for row in further.tolist()]
 

@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import int32, njit
+from numba import int32, njit, uint32
 from numpy.typing import NDArray
 
 from forests.crops import Crops
 from forests.features import draw_feature, feature_values
-from forests.growing.bins import bin_threshold, bin_values, inner_range
+from forests.growing.bins import bin_threshold, bin_values, inner_range, n_inner_bins
 from forests.growing.buffers import NodeSamples, Target, empty_buffers, first, gather_node
-from forests.growing.gain import direction_gain, entropy_gain
+from forests.growing.gain import direction_gain, entropy_gain, n_log_n_table
 from forests.samples import Samples
 
 
@@ -21,6 +21,7 @@ class Rules(NamedTuple):
     tree: int
     max_depth: int
     n_candidates: int
+    candidates_per_sample: int
     n_thresholds: int
     max_samples: int
     n_racing_samples: int
@@ -37,26 +38,44 @@ class Scratch(NamedTuple):
         feature: (4,) float32.
         places: (max_samples,) int32.
         values: (max_samples,) int32.
-        counts: (bins * classes,) int32.
+        counts: (bins * classes,) uint32.
         sums: (bins * 4,) int64.
-        left: (256,) int32, by class alive.
-        total: (256,) int32, by class alive.
+        left: (256,) uint32, by class alive.
+        total: (256,) uint32, by class alive.
         column_of: (256,) int32, class -> class alive.
         gains: (n_candidates,) float64.
-        n_log_n: (max_samples + 1,) float64.
+        n_log_n: (max_samples + 1,) int64.
     """
 
     buffers: NodeSamples
     feature: NDArray[np.float32]
     places: NDArray[np.int32]
     values: NDArray[np.int32]
-    counts: NDArray[np.int32]
+    counts: NDArray[np.uint32]
     sums: NDArray[np.int64]
-    left: NDArray[np.int32]
-    total: NDArray[np.int32]
+    left: NDArray[np.uint32]
+    total: NDArray[np.uint32]
     column_of: NDArray[np.int32]
     gains: NDArray[np.float64]
-    n_log_n: NDArray[np.float64]
+    n_log_n: NDArray[np.int64]
+
+
+class Pool(NamedTuple):
+    """A node's candidates.
+
+    Attributes:
+        pixels: (n_pixels,) uint16, `Crops.pixels`.
+        node: The node's number in the full binary tree.
+        n_classes: As in `Target`.
+        n_columns: Classes alive, or 4: words a bin.
+        gains: (n_candidates,) float64, gains so far.
+    """
+
+    pixels: NDArray[np.uint16]
+    node: int
+    n_classes: int
+    n_columns: int
+    gains: NDArray[np.float64]
 
 
 class Judged(NamedTuple):
@@ -82,21 +101,18 @@ def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
     """Memory for splitting nodes of up to n samples."""
     m = min(n, max(rules.max_samples, rules.n_racing_samples))
     n_bins = rules.n_thresholds + 1
-    numbers = np.arange(m + 1).astype(np.float64)
-    numbers[0] = 1.0
-    n_log_n = numbers * np.log(numbers)
     return Scratch(
         empty_buffers(m, 0 if n_classes else m),
         np.empty(4, np.float32),
         np.empty(m, np.int32),
         np.empty(m, np.int32),
-        np.empty(n_bins * n_classes, np.int32),
+        np.empty(n_bins * n_classes, np.uint32),
         np.empty(n_bins * 4, np.int64),
-        np.empty(256, np.int32),
-        np.empty(256, np.int32),
+        np.empty(256, np.uint32),
+        np.empty(256, np.uint32),
         np.empty(256, np.int32),
         np.empty(rules.n_candidates, np.float64),
-        n_log_n,
+        n_log_n_table(m),
     )
 
 
@@ -123,36 +139,22 @@ def best_split(
         return False, 0
     n_racing = min(len(members), rules.n_racing_samples)
     m = min(len(members), rules.max_samples)
-    scratch.gains[:] = 0.0
-    least, n_final = 0.0, rules.n_candidates
-    if n_racing < m and rules.n_finalists < rules.n_candidates:
+    n_candidates = min(rules.n_candidates, rules.candidates_per_sample * len(members))
+    gains = scratch.gains[:n_candidates]
+    gains[:] = 0.0
+    pool = Pool(crops.pixels, node, target.n_classes, n_columns, gains)
+    least, n_final = 0.0, n_candidates
+    if n_racing < m and rules.n_finalists < n_candidates:
         race = _gathered(crops, samples, target, members, n_racing, node, rules, scratch)
-        _judge(crops.pixels, race, target.n_classes, n_columns, node, 1, least, rules.n_candidates, rules, scratch)
-        place = rules.n_candidates - rules.n_finalists
-        least, n_final = np.partition(scratch.gains, place)[place], rules.n_finalists
+        _judge(pool, race, 1, least, n_candidates, rules, scratch)
+        place = n_candidates - rules.n_finalists
+        least, n_final = np.partition(gains, place)[place], rules.n_finalists
     final = _gathered(crops, samples, target, members, m, node, rules, scratch)
-    best = _judge(
-        crops.pixels,
-        final,
-        target.n_classes,
-        n_columns,
-        node,
-        rules.min_samples_leaf,
-        least,
-        n_final,
-        rules,
-        scratch,
-    )
+    best = _judge(pool, final, rules.min_samples_leaf, least, n_final, rules, scratch)
     if best.gain <= 1e-9 * m:
         return False, 0
     draw_feature(rules.seed, rules.tree, node, best.candidate, rules.max_offset, scratch.feature)
-    return True, bin_threshold(best.last_bin, best.low, best.high, _n_inner(m, rules))
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _n_inner(m: int, rules: Rules) -> int:
-    """Bins between the extreme ones: no more than every few samples need."""
-    return max(min(rules.n_thresholds - 1, m // 8), 2)
+    return True, bin_threshold(best.last_bin, best.low, best.high, n_inner_bins(m, rules.n_thresholds))
 
 
 @njit(cache=True, nogil=True)
@@ -182,16 +184,15 @@ def _gathered(
     if target.n_classes:
         scratch.total[:] = 0
         for i in range(m):
-            scratch.total[buffers.column[i]] += 1
+            scratch.total[buffers.column[i]] += uint32(1)
     return first(buffers, m)
 
 
 @njit(cache=True, nogil=True)
 def _judge(
-    pixels: np.ndarray, node: NodeSamples, n_classes: int, n_columns: int, number: int, min_samples: int,
-    least: float, max_judged: int, rules: Rules, scratch: Scratch,
-) -> Judged:  # fmt: skip
-    """The best of the candidates whose gain so far, in `scratch.gains`, is not below `least`; writes their gains.
+    pool: Pool, node: NodeSamples, min_samples: int, least: float, max_judged: int, rules: Rules, scratch: Scratch
+) -> Judged:
+    """The best of the first `max_judged` candidates whose gain so far is not below `least`; writes their gains.
 
     Arrays are taken out of their tuples before the loop: inside it, that would cost more than a few probes.
     """
@@ -200,20 +201,26 @@ def _judge(
     right, bottom, width, start, z_mm = node.right, node.bottom, node.width, node.start, node.z_mm
     column, direction = node.column, node.direction
     places, values, feature = scratch.places[:m], scratch.values[:m], scratch.feature
-    total, left, counts, sums = scratch.total[:n_columns], scratch.left, scratch.counts, scratch.sums
-    n_log_n, gains = scratch.n_log_n, scratch.gains
-    n_inner = _n_inner(m, rules)
+    total, left, counts, sums = scratch.total[: pool.n_columns], scratch.left, scratch.counts, scratch.sums
+    n_log_n, pixels, gains, n_columns, is_classes = (
+        scratch.n_log_n,
+        pool.pixels,
+        pool.gains,
+        pool.n_columns,
+        pool.n_classes > 0,
+    )
+    n_inner = n_inner_bins(m, rules.n_thresholds)
     best, winner, best_bin, best_low, best_high = 0.0, -1, 0, int32(0), int32(0)
     n_judged = 0
-    for candidate in range(rules.n_candidates):
+    for candidate in range(len(gains)):
         if gains[candidate] < least or n_judged == max_judged:
             continue
         n_judged += 1
-        draw_feature(rules.seed, rules.tree, number, candidate, rules.max_offset, feature)
+        draw_feature(rules.seed, rules.tree, pool.node, candidate, rules.max_offset, feature)
         feature_values(pixels, x, y, fx_z, fy_z, right, bottom, width, start, z_mm, feature, places, values)
         low, high = inner_range(values)
         bin_values(values, low, high, n_inner, n_columns, places)
-        if n_classes:
+        if is_classes:
             gain, last_bin = entropy_gain(places, column, total, n_inner + 2, min_samples, n_log_n, counts, left)
         else:
             gain, last_bin = direction_gain(places, direction, n_inner + 2, min_samples, sums)
