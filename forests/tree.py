@@ -28,8 +28,8 @@ def check_tree(nodes: NDArray, n_leaves: int) -> None:
         n_leaves: Rows of the leaf tables.
 
     Raises:
-        ValueError: Children that do not follow their parent, a leaf's number out of range, offsets that are not
-            finite.
+        ValueError: Children that do not follow their parent or have several, a leaf's number out of range,
+            offsets that are not finite.
     """
     if nodes.dtype != NODE_DTYPE or nodes.ndim != 1 or len(nodes) == 0:
         raise ValueError(f"nodes are {nodes.dtype} {nodes.shape}, must be a filled vector of tree nodes")
@@ -40,9 +40,11 @@ def check_tree(nodes: NDArray, n_leaves: int) -> None:
         or (nodes["threshold"][is_leaf] != LEAF_THRESHOLD).any()
     ):
         raise ValueError("a leaf leads elsewhere")
-    inner = nodes["left"][~is_leaf]
+    inner = nodes["left"][~is_leaf].astype(np.int64)
     if (inner <= numbers[~is_leaf]).any() or (inner + 1 >= len(nodes)).any():
         raise ValueError("a node's children do not follow it")
+    if not np.array_equal(np.sort(np.concatenate([inner, inner + 1])), numbers[1:]):
+        raise ValueError("every node but the first must be the child of one other")
     if not np.array_equal(np.sort(nodes["leaf"][is_leaf]), np.arange(n_leaves)):
         raise ValueError(f"leaves must be numbered 0..{n_leaves - 1}, each once")
     if not (np.isfinite(nodes["u"]).all() and np.isfinite(nodes["v"]).all()):

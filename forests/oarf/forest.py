@@ -15,6 +15,7 @@ from forests.oarf.config import OARFConfig
 from forests.oarf.leaves import leaf_table
 from forests.oarf.model import ForestTree, OARFModel
 from forests.oarf.predict import Predictor
+from forests.oarf.storage import quantised
 from forests.oarf.tune import tune, untuned
 from forests.samples import TrainingSet, gather
 
@@ -147,7 +148,7 @@ def _train_tree(
         tree,
     )
     on_share(1.0)
-    return ForestTree(grown.nodes, leaves)
+    return quantised(ForestTree(grown.nodes, leaves))
 
 
 class OcclusionAwareForest(Estimator):

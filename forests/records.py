@@ -1,0 +1,62 @@
+"""Configs as JSON values and back: frozen dataclasses whose fields are plain, tuples, or dataclasses again."""
+
+import dataclasses
+import typing
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+def to_json(record: Any) -> dict[str, Any]:
+    """A dataclass as JSON values."""
+    return {item.name: _plain(getattr(record, item.name)) for item in dataclasses.fields(record)}
+
+
+def _plain(value: Any) -> Any:
+    if dataclasses.is_dataclass(value):
+        return to_json(value)
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
+
+
+def from_json(cls: type[T], values: object) -> T:
+    """A dataclass from JSON values, all fields given.
+
+    Args:
+        cls: The dataclass.
+        values: By field name.
+
+    Raises:
+        ValueError: Fields missing, unknown, of another type, or refused by the dataclass.
+    """
+    names = [item.name for item in dataclasses.fields(typing.cast("Any", cls))]
+    if not isinstance(values, Mapping) or sorted(values) != sorted(names):
+        given = ", ".join(map(str, values)) if isinstance(values, Mapping) else type(values).__name__
+        raise ValueError(f"{cls.__name__} is ({given}), must be ({', '.join(names)})")
+    kinds = typing.get_type_hints(cls)
+    return cls(**{name: _typed(kinds[name], values[name], f"{cls.__name__}.{name}") for name in names})
+
+
+def _typed(kind: Any, value: Any, where: str) -> Any:
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if dataclasses.is_dataclass(kind):
+        return from_json(typing.cast("type", kind), value)
+    if origin is typing.Literal and isinstance(value, str) and value in arguments:
+        return value
+    if origin is tuple and isinstance(value, list):
+        is_any_length = arguments[-1] is ...
+        if is_any_length or len(arguments) == len(value):
+            kinds = arguments[:1] * len(value) if is_any_length else arguments
+            return tuple(_typed(k, v, where) for k, v in zip(kinds, value, strict=True))
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return _float(value, where)
+    if isinstance(kind, type) and type(value) is kind:
+        return value
+    raise ValueError(f"{where} is {value!r:.60}, must be {getattr(kind, '__name__', kind)}")
+
+
+def _float(value: int, where: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{where} is too large for a float") from None
