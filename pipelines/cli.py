@@ -39,6 +39,7 @@ COMMANDS = {
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
     "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
     "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
+    "ablate": Command("pipelines.ablate.command", "AblateSettings", "train and score all methods on one corpus"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
 }

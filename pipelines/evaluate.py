@@ -5,7 +5,7 @@ import json
 import logging
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -95,7 +95,7 @@ def evaluate(settings: EvaluateSettings) -> dict:
     """
     contestant, about = load_contestant(settings.model)
     if not settings.pixels:
-        contestant = Contestant(contestant.method, contestant.predictor, contestant.joints)
+        contestant = replace(contestant, classes=None)
     corpus = Corpus.open(settings.corpus)
     indices = spread(corpus.split(settings.split), settings.limit)
     if not len(indices):

@@ -10,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from forests.frames import Pinhole
+from forests.frames import DepthFrame, Pinhole
 from forests.oarf.classes import ClassTable
+from forests.rwf.forest import Walker
+from forests.rwf.start import upper_body_box
+from forests.rwf.train import BOX_MARGIN_M
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics.pixels import Confusion, count_pixels
 from pipelines.results import Results, Truths
+from synth.vocabulary import JOINT_NAMES
 
 
 class JointPredictor(Protocol):
@@ -43,19 +47,22 @@ class Contestant:
         predictor: Finds joints, and labels pixels if `classes` is given.
         joints: Names of the joints that it answers, in its order; others are not scored.
         classes: What it calls pixels; None if it labels none.
+        box_joints: Joints whose true box it is given, as by a perfect detector; none = it looks everywhere.
     """
 
     method: str
     predictor: JointPredictor
     joints: tuple[str, ...]
     classes: ClassTable | None = None
+    box_joints: tuple[str, ...] = ()
 
 
 def contestant_of(method: str, predictor: Any) -> Contestant:
     """A forest's predictor as a contestant, with the joints and classes that its model names."""
     model = predictor.model
     classes = model.classes if hasattr(predictor, "label_pixels") else None
-    return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes)
+    box_joints = model.config.box_joints if isinstance(predictor, Walker) else ()
+    return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes, box_joints)
 
 
 class _Answer(NamedTuple):
@@ -108,8 +115,9 @@ def predict_frames(
 
 def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
     frame = frames[place]
+    told = _told(contestant, frame)
     begun = time.thread_time()
-    estimate = contestant.predictor.predict(frame.depth, frame.camera)
+    estimate = contestant.predictor.predict(frame.depth, frame.camera, **told)
     seconds = time.thread_time() - begun
     n_joints = len(contestant.joints)
     if estimate.proposals.ndim != 3 or estimate.proposals.shape[::2] != (n_joints, 3):
@@ -120,6 +128,14 @@ def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
     given = cast("PixelLabeller", contestant.predictor).label_pixels(frame.depth, frame.camera)
     counts = count_pixels(frame.label, given, frames.labels.n_labels, contestant.classes.n_classes)
     return _Answer(estimate, seconds, counts)
+
+
+def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
+    """What a detector would tell the model of a frame."""
+    if not contestant.box_joints:
+        return {}
+    at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
+    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
 
 
 def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:

@@ -1,0 +1,96 @@
+"""ablation.json: settings, versions, digests and scores of an ablation; docs/ablation.md describes the keys."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+
+from pipelines.ablate.config import AblationConfig, Row
+from pipelines.ablate.digests import sources_digest
+from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.jobs import CorpusJob, ScoringJob
+from pipelines.ablate.plan import Condition, Plan
+from pipelines.ablate.run import open_corpus
+from pipelines.ablate.table import Resampling, pair_scores, row_scores
+from pipelines.corpus.header import software_versions, write_atomically
+from pipelines.evaluate import file_digest
+from pipelines.metrics import draw_frames
+from pipelines.results import Results, read_results
+
+SCHEMA = "undergrowth ablation"
+SCHEMA_VERSION = 1
+PAPER_MAP_10CM: Mapping[Row, float] = {"baseline": 0.44, "occluders": 0.48, "semantic": 0.54}
+"""Rafi et al. 2015, table 1."""
+
+
+def make_document(config: AblationConfig, plan: Plan, folder: ResultsFolder) -> dict:
+    """Scores finished rows.
+
+    Returns:
+        JSON values; the same for the same configuration, versions and sources, but for `seconds_per_frame`.
+    """
+    main, *others = plan.conditions
+    questions: dict[str, list[dict]] = {name: [] for name in config.questions}
+    for condition in others:
+        assert condition.question is not None
+        questions[condition.question].append(_condition_document(condition, config, folder))
+    return {
+        "schema": SCHEMA,
+        "schema_version": SCHEMA_VERSION,
+        "settings": asdict(config),
+        "software": software_versions(),
+        "sources": {name: sources_digest(name) for name in ("synth", "forests", "pipelines/metrics")},
+        "corpora": [_corpus_document(job, folder) for job in plan.corpora],
+        "paper_map_10cm": dict(PAPER_MAP_10CM),
+        "main": _condition_document(main, config, folder),
+        "questions": questions,
+    }
+
+
+def write_document(document: dict, folder: ResultsFolder) -> None:
+    """Writes ablation.json."""
+    write_atomically(folder.document, json.dumps(document, indent=1, allow_nan=False) + "\n")
+
+
+def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
+    corpus = open_corpus(folder, job)
+    return {
+        "folder": folder.corpus(job).name,
+        "key": job.key,
+        "digest": corpus.digest,
+        "is_context_kept": job.scene.is_context_kept,
+        "n_frames": {split: len(corpus.split(split)) for split in ("train", "val", "test")},
+    }
+
+
+def _condition_document(condition: Condition, config: AblationConfig, folder: ResultsFolder) -> dict:
+    resampling = Resampling(config.n_resamples)
+    answers: dict[Row, list[Results]] = {}
+    rows = {}
+    for row in condition.rows:
+        jobs = condition.of_row(row)
+        read = [read_results(folder.rows(job)) for job in jobs]
+        answers[row] = [results for (results,), _ in read]
+        weights = draw_frames(len(answers[row][0].truths), resampling.n, resampling.rng())
+        rows[row] = row_scores(answers[row], weights) | {
+            "pixels": [context["pixels"] for _, context in read],
+            "seconds_per_frame": float(np.median(np.concatenate([item.seconds for item in answers[row]]))),
+            "trainings": [_training_document(job, folder) for job in jobs],
+        }
+    return {
+        "settings": dict(condition.settings),
+        "rows": rows,
+        "differences": pair_scores(answers, resampling),
+    }
+
+
+def _training_document(job: ScoringJob, folder: ResultsFolder) -> dict:
+    model = folder.model(job.training)
+    return {
+        "seed": job.training.forest.seed,
+        "corpus": folder.corpus(job.training.corpus).name,
+        "n_train_frames": len(job.training.train.of(open_corpus(folder, job.training.corpus))),
+        "model": {"file": f"models/{model.name}", "key": job.training.key, "digest": file_digest(model)},
+        "rows": {"file": f"rows/{folder.rows(job).name}", "key": job.key},
+    }

@@ -1,0 +1,162 @@
+"""Pieces of an ablation's work, each with a key: a digest of all that its result depends on."""
+
+import functools
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.oarf.config import OARFConfig
+from forests.rwf.config import RWFConfig
+from pipelines.ablate.config import CorpusConfig, Row
+from pipelines.ablate.digests import digest_of, sources_digest
+from pipelines.corpus import Corpus
+from pipelines.corpus.header import software_versions
+from pipelines.errors import UserError
+from synth.scene import SceneConfig
+from synth.scene.config import SplitShares
+
+_SCORING_SOURCES = (
+    "pipelines/corpus",
+    "pipelines/metrics",
+    "pipelines/predictions.py",
+    "pipelines/results.py",
+)
+
+
+@dataclass(frozen=True)
+class CorpusJob:
+    """A corpus to be made.
+
+    Attributes:
+        config: What it holds.
+    """
+
+    config: CorpusConfig
+
+    @functools.cached_property
+    def key(self) -> str:
+        """Digest of the corpus."""
+        return digest_of("corpus", self.config, software_versions(), sources_digest("synth"))
+
+    @functools.cached_property
+    def source_key(self) -> str:
+        """Digest of where its frames come from: frame i of a split is the same for any numbers of frames."""
+        scene = replace(self.config.scene, splits=SplitShares())
+        return digest_of("frames", self.config.seed, scene, software_versions(), sources_digest("synth"))
+
+    @property
+    def n_frames(self) -> int:
+        """Frames of all splits."""
+        config = self.config
+        return config.train_frames + config.val_frames + config.test_frames
+
+    @property
+    def scene(self) -> SceneConfig:
+        """What the scenes are drawn from, splits by the numbers of frames."""
+        config = self.config
+        splits = SplitShares(*map(float, (config.train_frames, config.val_frames, config.test_frames)))
+        return replace(config.scene, splits=splits)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Frames by rule.
+
+    Attributes:
+        split: Name of the split.
+        n: The first so many of it.
+        rule: all: all of these; without: those that show no object of the class; showing: those that do;
+            as_many: as many as `without` takes, evenly spread over all.
+        class_name: The rule's class of objects.
+    """
+
+    split: Literal["train", "val", "test"]
+    n: int
+    rule: Literal["all", "without", "showing", "as_many"] = "all"
+    class_name: str = ""
+
+    def of(self, corpus: Corpus) -> NDArray[np.int64]:
+        """The frames' numbers.
+
+        Raises:
+            UserError: The rule leaves none.
+        """
+        numbers = corpus.split(self.split)[: self.n]
+        if self.rule != "all":
+            is_shown = np.array([_shows(corpus, int(i), self.class_name) for i in numbers], np.bool_)
+            n_without = int((~is_shown).sum())
+            spread = numbers[np.arange(n_without) * len(numbers) // max(1, n_without)]
+            numbers = {"without": numbers[~is_shown], "showing": numbers[is_shown], "as_many": spread}[self.rule]
+        if not len(numbers):
+            raise UserError(f"none of the {self.n} {self.split} frames is one {self.rule} {self.class_name}")
+        return numbers
+
+
+def _shows(corpus: Corpus, index: int, class_name: str) -> bool:
+    objects = corpus.info(index).objects
+    return any(item.class_name == class_name and item.visible_fraction > 0 for item in objects)
+
+
+@dataclass(frozen=True)
+class TrainingJob:
+    """A forest to be trained.
+
+    Attributes:
+        row: Name of the method.
+        forest: How it is trained, seed included.
+        corpus: Where the frames come from.
+        train: Frames to learn from.
+        val: Frames to tune on.
+        sensor: Sensor model of both.
+    """
+
+    row: Row
+    forest: OARFConfig | RWFConfig
+    corpus: CorpusJob
+    train: Selection
+    val: Selection
+    sensor: str | None = None
+
+    @functools.cached_property
+    def key(self) -> str:
+        """Digest of the model."""
+        frames = (self.corpus.source_key, self.train, self.val, self.sensor)
+        forest = (type(self.forest).__name__, self.forest)
+        return digest_of("model", forest, frames, software_versions(), sources_digest("forests"))
+
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return f"{self.row}-{self.forest.seed}-{self.key[:12]}"
+
+
+@dataclass(frozen=True)
+class ScoringJob:
+    """A forest to be scored.
+
+    Attributes:
+        training: The forest.
+        test: Frames of its corpus.
+        sensor: Sensor model of them.
+        n_trees: The first so many trees are asked; 0 = all.
+        n_pixels: Pixels that vote; 0 = as trained.
+    """
+
+    training: TrainingJob
+    test: Selection
+    sensor: str | None = None
+    n_trees: int = 0
+    n_pixels: int = 0
+
+    @functools.cached_property
+    def key(self) -> str:
+        """Digest of the rows."""
+        asked = (self.test, self.sensor, self.n_trees, self.n_pixels)
+        return digest_of("rows", self.training.key, asked, sources_digest(*_SCORING_SOURCES))
+
+    @property
+    def name(self) -> str:
+        """Name of its files."""
+        return f"{self.training.row}-{self.training.forest.seed}-{self.key[:12]}"

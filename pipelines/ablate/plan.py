@@ -1,0 +1,177 @@
+"""What an ablation's configuration asks for: conditions, and the work behind them."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from forests.oarf.config import OARFConfig
+from forests.rwf.config import RWFConfig
+from pipelines.ablate.config import OARF_ROWS, AblationConfig, Question, Row
+from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
+
+Setting = str | int | bool | None
+"""A condition's value of what its question varies."""
+_Job = TypeVar("_Job", CorpusJob, TrainingJob, ScoringJob)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Methods that are compared with one another.
+
+    Attributes:
+        question: What is asked; None = the main table.
+        settings: What this condition has, beside others of its question.
+        scorings: Of each method, one a seed.
+    """
+
+    question: Question | None
+    settings: tuple[tuple[str, Setting], ...]
+    scorings: tuple[ScoringJob, ...]
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The methods, in order."""
+        return tuple(dict.fromkeys(job.training.row for job in self.scorings))
+
+    def of_row(self, row: Row) -> tuple[ScoringJob, ...]:
+        """A method's scorings, by seed."""
+        return tuple(job for job in self.scorings if job.training.row == row)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All work of an ablation.
+
+    Attributes:
+        conditions: The main table first.
+    """
+
+    conditions: tuple[Condition, ...]
+
+    @property
+    def scorings(self) -> tuple[ScoringJob, ...]:
+        """Each once."""
+        return _once(job for condition in self.conditions for job in condition.scorings)
+
+    @property
+    def trainings(self) -> tuple[TrainingJob, ...]:
+        """Each once."""
+        return _once(job.training for job in self.scorings)
+
+    @property
+    def corpora(self) -> tuple[CorpusJob, ...]:
+        """Each once."""
+        return _once(job.corpus for job in self.trainings)
+
+
+def _once(jobs: Iterable[_Job]) -> tuple[_Job, ...]:
+    return tuple({job.key: job for job in jobs}.values())
+
+
+def make_plan(config: AblationConfig) -> Plan:
+    """Plans the main table and every question asked.
+
+    Conditions of a question differ in what it asks about alone; those that equal work of the main table share it.
+    """
+    main = Condition(None, (), tuple(_main(config)))
+    asked = [condition for name in config.questions for condition in QUESTIONS[name](config)]
+    return Plan((main, *asked))
+
+
+def _main(config: AblationConfig) -> Iterator[ScoringJob]:
+    for row in config.rows:
+        n_seeds = config.n_seeds if row in OARF_ROWS else config.n_rwf_seeds
+        for number in range(n_seeds):
+            yield scoring(config, row, number)
+
+
+def scoring(config: AblationConfig, row: Row, number: int) -> ScoringJob:
+    """A method trained with its seed of that number and scored as the main table has it."""
+    corpus = config.corpus
+    training = TrainingJob(
+        row,
+        _forest(config, row, number),
+        CorpusJob(corpus),
+        Selection("train", corpus.train_frames),
+        Selection("val", corpus.val_frames),
+        config.sensor,
+    )
+    return ScoringJob(training, Selection("test", corpus.test_frames), config.sensor)
+
+
+def _forest(config: AblationConfig, row: Row, number: int) -> OARFConfig | RWFConfig:
+    if row in OARF_ROWS:
+        return replace(config.oarf, mode=row, seed=config.oarf.seed + number)
+    return replace(config.rwf, layer="body" if row == "rwf_body" else "composite", seed=config.rwf.seed + number)
+
+
+def _condition(
+    config: AblationConfig,
+    question: Question,
+    settings: Mapping[str, Setting],
+    training: Mapping[str, Any] | None = None,
+    asked: Mapping[str, Any] | None = None,
+    rows: Iterable[Row] = OARF_ROWS,
+) -> Condition:
+    """A condition of the main table's methods with other fields of their trainings and of their scorings."""
+    scorings = []
+    for row in (row for row in rows if row in config.rows):
+        for number in range(config.n_question_seeds):
+            job = scoring(config, row, number)
+            other = replace(job.training, **training or {})
+            scorings.append(replace(job, training=other, **asked or {}))
+    return Condition(question, tuple(settings.items()), tuple(scorings))
+
+
+def _ask_context(config: AblationConfig) -> Iterator[Condition]:
+    for is_kept in (True, False):
+        scene = replace(config.corpus.scene, is_context_kept=is_kept)
+        corpus = CorpusJob(replace(config.corpus, scene=scene))
+        yield _condition(config, "context", {"is_context_kept": is_kept}, {"corpus": corpus})
+
+
+def _ask_unseen_class(config: AblationConfig) -> Iterator[Condition]:
+    """Both train on as many frames and tune on the same."""
+    name, corpus = config.unseen_class, config.corpus
+    val = Selection("val", corpus.val_frames, "without", name)
+    test = Selection("test", corpus.test_frames, "showing", name)
+    for is_seen in (True, False):
+        train = Selection("train", corpus.train_frames, "as_many" if is_seen else "without", name)
+        settings = {"class": name, "is_seen_in_training": is_seen}
+        yield _condition(config, "unseen_class", settings, {"train": train, "val": val}, {"test": test})
+
+
+def _ask_sensor(config: AblationConfig) -> Iterator[Condition]:
+    """Of the methods that learn from what the sensor sees: bodies alone have no noise."""
+    for in_training in (None, config.noisy_sensor):
+        for in_test in (None, config.noisy_sensor):
+            settings = {"in_training": in_training, "in_test": in_test}
+            rows: tuple[Row, ...] = ("occluders", "semantic")
+            yield _condition(config, "sensor", settings, {"sensor": in_training}, {"sensor": in_test}, rows)
+
+
+def _ask_frames(config: AblationConfig) -> Iterator[Condition]:
+    for count in config.frame_counts:
+        yield _condition(config, "frames", {"n_train_frames": count}, {"train": Selection("train", count)})
+
+
+def _ask_trees(config: AblationConfig) -> Iterator[Condition]:
+    for count in config.tree_counts:
+        n_trees = 0 if count == config.oarf.n_trees else count
+        yield _condition(config, "trees", {"n_trees": count}, asked={"n_trees": n_trees})
+
+
+def _ask_pixels(config: AblationConfig) -> Iterator[Condition]:
+    for count in config.pixel_counts:
+        n_pixels = 0 if count == config.oarf.n_voting_pixels else count
+        yield _condition(config, "pixels", {"n_voting_pixels": count}, asked={"n_pixels": n_pixels})
+
+
+QUESTIONS: dict[Question, Callable[[AblationConfig], Iterator[Condition]]] = {
+    "context": _ask_context,
+    "unseen_class": _ask_unseen_class,
+    "sensor": _ask_sensor,
+    "frames": _ask_frames,
+    "trees": _ask_trees,
+    "pixels": _ask_pixels,
+}

@@ -1,0 +1,104 @@
+"""Does the work of a plan, each piece once: what lies finished in the folder is not made again."""
+
+import itertools
+from dataclasses import replace
+
+from forests.oarf.model import OARFModel
+from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
+from pipelines.ablate.models import load_model, predictor_of, train_model
+from pipelines.ablate.plan import Plan
+from pipelines.ablate.progress import Job, Progress, SetShare, cost
+from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus.sequence import CorpusFrames
+from pipelines.errors import CorpusError
+from pipelines.generate import GenerateSettings
+from pipelines.metrics import read_truths
+from pipelines.metrics.document import pixel_values
+from pipelines.predictions import Contestant, contestant_of, predict_frames
+from pipelines.results import write_results
+
+
+def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
+    """Makes corpora, models and rows.
+
+    Args:
+        plan: What to make.
+        folder: Where finished work lies.
+        n_threads: Threads, for corpora processes; the results do not depend on it.
+    """
+    folder.prepare()
+    scorings = [job for job in plan.scorings if not folder.rows(job).exists()]
+    trainings = [job for job in plan.trainings if not folder.model(job).exists()]
+    corpora = [job for job in plan.corpora if not _is_finished(folder, job)]
+    left: list[Job] = [*corpora, *trainings, *scorings]
+    with Progress(sum(map(cost, left))) as progress:
+        for corpus in corpora:
+            with progress.step("frames", cost(corpus)) as set_share:
+                _make_corpus(corpus, folder, n_threads, set_share)
+        for training in trainings:
+            with progress.step(f"train {training.row} {training.forest.seed}", cost(training)) as set_share:
+                _train(training, folder, n_threads, set_share)
+        for scoring in scorings:
+            with progress.step(f"score {scoring.training.row}", cost(scoring)) as set_share:
+                _score(scoring, folder, n_threads, set_share)
+
+
+def open_corpus(folder: ResultsFolder, job: CorpusJob) -> Corpus:
+    """A finished corpus."""
+    return Corpus.open(folder.corpus(job))
+
+
+def _is_finished(folder: ResultsFolder, job: CorpusJob) -> bool:
+    try:
+        open_corpus(folder, job)
+    except CorpusError:
+        return False
+    return True
+
+
+def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
+    out = folder.corpus(job)
+    settings = GenerateSettings(out, frames=job.n_frames, seed=job.config.seed, scene=job.scene)
+    write_corpus(out, settings.order(), n_threads, lambda n_done, _: set_share(n_done / job.n_frames))
+
+
+def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
+    corpus = open_corpus(folder, job.corpus)
+    train, val = (CorpusFrames(corpus, frames.of(corpus), job.sensor) for frames in (job.train, job.val))
+    train_model(job, train, val, folder.model(job), n_threads, set_share)
+
+
+def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
+    corpus = open_corpus(folder, job.training.corpus)
+    numbers = job.test.of(corpus)
+    frames = CorpusFrames(corpus, numbers, job.sensor)
+    contestant = _contestant(job, folder)
+    n_done = itertools.count(1)
+    results, confusion = predict_frames(
+        contestant,
+        frames,
+        read_truths(corpus, numbers),
+        n_threads,
+        lambda: set_share(next(n_done) / len(frames)),
+    )
+    context = {
+        "key": job.key,
+        "row": job.training.row,
+        "seed": job.training.forest.seed,
+        "model": {"key": job.training.key, "file": folder.model(job.training).name},
+        "corpus": {"folder": folder.corpus(job.training.corpus).name, "digest": corpus.digest},
+        "pixels": None if confusion is None else pixel_values(confusion),
+    }
+    write_results(folder.rows(job), [results], context)
+
+
+def _contestant(job: ScoringJob, folder: ResultsFolder) -> Contestant:
+    """The forest as it is asked; pixels are labelled by whole forests alone."""
+    model = load_model(job.training, folder.model(job.training))
+    if isinstance(model, OARFModel) and job.n_trees:
+        model = replace(model, trees=model.trees[: job.n_trees])
+    if isinstance(model, OARFModel) and job.n_pixels:
+        model = replace(model, config=replace(model.config, n_voting_pixels=job.n_pixels))
+    contestant = contestant_of(job.training.row, predictor_of(model))
+    return replace(contestant, classes=None) if job.n_trees or job.n_pixels else contestant
