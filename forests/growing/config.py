@@ -30,9 +30,9 @@ class GrowthConfig:
     candidates_per_sample: int = 4
     n_thresholds: int = 32
     max_samples_per_split: int = 5000
-    n_racing_samples: int = 64
-    n_finalists: int = 100
-    min_samples_leaf: int = 5
+    n_racing_samples: int = 128
+    n_finalists: int = 50
+    min_samples_leaf: int = 10
     max_offset_m: float = 0.6
 
     def __post_init__(self) -> None:

@@ -44,6 +44,7 @@ class Scratch(NamedTuple):
         total: (256,) uint32, by class alive.
         column_of: (256,) int32, class -> class alive.
         gains: (n_candidates,) float64.
+        largest: (n_finalists,) float64.
         n_log_n: (max_samples + 1,) int64.
     """
 
@@ -57,6 +58,7 @@ class Scratch(NamedTuple):
     total: NDArray[np.uint32]
     column_of: NDArray[np.int32]
     gains: NDArray[np.float64]
+    largest: NDArray[np.float64]
     n_log_n: NDArray[np.int64]
 
 
@@ -112,6 +114,7 @@ def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
         np.empty(256, np.uint32),
         np.empty(256, np.int32),
         np.empty(rules.n_candidates, np.float64),
+        np.empty(rules.n_finalists, np.float64),
         n_log_n_table(m),
     )
 
@@ -147,14 +150,27 @@ def best_split(
     if n_racing < m and rules.n_finalists < n_candidates:
         race = _gathered(crops, samples, target, members, n_racing, node, rules, scratch)
         _judge(pool, race, 1, least, n_candidates, rules, scratch)
-        place = n_candidates - rules.n_finalists
-        least, n_final = np.partition(gains, place)[place], rules.n_finalists
+        least, n_final = _nth_largest(gains, scratch.largest), rules.n_finalists
     final = _gathered(crops, samples, target, members, m, node, rules, scratch)
     best = _judge(pool, final, rules.min_samples_leaf, least, n_final, rules, scratch)
     if best.gain <= 1e-9 * m:
         return False, 0
     draw_feature(rules.seed, rules.tree, node, best.candidate, rules.max_offset, scratch.feature)
     return True, bin_threshold(best.last_bin, best.low, best.high, n_inner_bins(m, rules.n_thresholds))
+
+
+@njit(cache=True, nogil=True)
+def _nth_largest(values: np.ndarray, largest: np.ndarray) -> float:
+    """The n-th largest of the values for `largest` of length n: np.partition takes 5 s to compile."""
+    largest[:] = -np.inf
+    for value in values:
+        if value > largest[-1]:
+            place = len(largest) - 1
+            while place > 0 and largest[place - 1] < value:
+                largest[place] = largest[place - 1]
+                place -= 1
+            largest[place] = value
+    return largest[-1]
 
 
 @njit(cache=True, nogil=True)
