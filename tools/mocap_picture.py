@@ -30,6 +30,7 @@ from synth.occluders import registry
 from synth.occluders.chair import sample_stool
 from synth.render import backends
 from synth.render.records import RenderObject
+from synth.scene.pools import dressed_to_sit
 from synth.vocabulary import OCCLUDER_CODE
 
 CAMERA = Camera(210, 300, 330.0, 330.0, 104.5, 149.5)
@@ -89,7 +90,7 @@ def seat_under(body: Body, pose: Pose, height: float) -> RenderObject:
 def pair_of(library: PoseLibrary, row: int, sources: dict[str, Source], seed: int) -> NDArray[np.uint8] | None:
     """Recording and body of one pose; None if it does not fit the body drawn."""
     rng = np.random.default_rng([seed, row])
-    body = make_body(sample_body(rng, 0.15))
+    body = make_body(dressed_to_sit(sample_body(rng, 0.15)))
     height = min(max(seat_height_of(body), 0.36), 0.6) if library.is_sitting[row] else None
     pose = place_pose(library, row, body, rng, height)
     if pose is None:

@@ -140,11 +140,18 @@ def joined(parts: Sequence[PoseLibrary]) -> PoseLibrary:
     Args:
         parts: At least one.
     """
-    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS}
-    first = np.cumsum([0, *(len(part.trials) for part in parts)])
-    arrays["trial"] = np.concatenate([part.trial + np.int32(k) for part, k in zip(parts, first, strict=False)])
-    trials = tuple(trial for part in parts for trial in part.trials)
-    return replace(parts[0], trials=trials, **arrays)
+    first = np.cumsum([0, *(len(part.trials) for part in parts[:-1])])
+    return PoseLibrary(
+        parts[0].source,
+        tuple(trial for part in parts for trial in part.trials),
+        np.concatenate([part.angles for part in parts]),
+        np.concatenate([part.root for part in parts]),
+        np.concatenate([part.is_sitting for part in parts]),
+        np.concatenate([part.feet for part in parts]),
+        np.concatenate([part.trial + np.int32(k) for part, k in zip(parts, first, strict=True)]),
+        np.concatenate([part.frame for part in parts]),
+        parts[0].settings,
+    )
 
 
 def _header(library: PoseLibrary) -> dict[str, object]:

@@ -1,0 +1,127 @@
+"""BVH files made from poses of our own skeleton, so that the truth of a recording is known."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from synth.bodies.kinematics import link_transforms
+from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
+
+SKELETON = make_skeleton(Lengths.of_stature(1.7))
+AXES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""Rows: our forward, left and up in the axes of the file, which has y up and faces z."""
+_SIDED = (
+    ("Shoulder", "thorax", "clavicle_protraction"), ("Arm", "Shoulder", "shoulder_rotation"),
+    ("ForeArm", "Arm", "elbow_flexion"), ("Hand", "ForeArm", "wrist_deviation"), ("UpLeg", "Hips", "hip_rotation"),
+    ("Leg", "UpLeg", "knee_flexion"), ("Foot", "Leg", "ankle_inversion"), ("ToeBase", "Foot", "toes_extension"),
+)  # fmt: skip
+_ORIGIN = {
+    "lumbar_rotation": "lumbar_flexion", "thorax_rotation": "thorax_flexion", "neck_rotation": "neck_flexion",
+    "head_rotation": "head_flexion",
+}  # fmt: skip
+
+
+def joint_table() -> list[tuple[str, str, str]]:
+    """Name, parent and link of each joint, in the naming of MotionBuilder."""
+    table = [
+        ("Hips", "", "root"),
+        ("Spine", "Hips", "lumbar_rotation"),
+        ("Spine1", "Spine", "thorax_rotation"),
+        ("Neck1", "Spine1", "neck_rotation"),
+        ("Head", "Neck1", "head_rotation"),
+    ]
+    for side, word in (("l", "Left"), ("r", "Right")):
+        for name, parent, link in _SIDED:
+            above = {"thorax": "Spine1", "Hips": "Hips"}.get(parent, word + parent)
+            table.append((word + name, above, f"{side}_{link}"))
+    return table
+
+
+def degrees(**values: float) -> NDArray[np.float64]:
+    """(n_dofs,) angles [rad] by hinge; names without a side set both."""
+    out = np.zeros(N_DOFS)
+    for name, value in values.items():
+        for full in [name] if name in DOF_IDX else [f"l_{name}", f"r_{name}"]:
+            out[DOF_IDX[full]] = np.radians(value)
+    return out
+
+
+T_POSE = degrees(shoulder_abduction=90.0)
+STAND = degrees(shoulder_abduction=8.0, elbow_flexion=15.0)
+SIT = degrees(
+    hip_flexion=88.0, knee_flexion=85.0, shoulder_flexion=25.0, elbow_flexion=60.0, shoulder_abduction=12.0
+)
+
+
+def random_angles(rng: np.random.Generator) -> NDArray[np.float64]:
+    """(n_dofs,) a lively pose within the limits."""
+    return np.clip(0.45 * rng.uniform(-1.0, 1.0, N_DOFS), LOWER + 0.02, UPPER - 0.02)
+
+
+def standing_root(angles: NDArray[np.float64], R: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    """(4, 4) T_world_root with the lower ankle as high as the foot is thick."""
+    T = np.eye(4)
+    T[:3, :3] = np.eye(3) if R is None else R
+    ankles = link_transforms(SKELETON, angles, T)[[LINK_IDX[f"{s}_ankle_inversion"] for s in "lr"], 2, 3]
+    T[2, 3] = 0.07 - float(ankles.min())
+    return T
+
+
+def bvh_text(
+    poses: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    unit: float = 0.01,
+    scale: float = 1.0,
+    rest: NDArray[np.float64] = T_POSE,
+) -> str:
+    """A BVH file that starts with its rest pose.
+
+    Args:
+        poses: Angles and T_world_root of each frame after the first.
+        unit: Size of the file's unit [m].
+        scale: Size of the recorded person over ours.
+        rest: Angles in the rest pose.
+    """
+    table = joint_table()
+    T_rest = link_transforms(SKELETON, rest, standing_root(rest))
+    place = {name: _origin(T_rest, link) for name, _, link in table}
+    frames = [_frame(table, T_rest, rest, standing_root(rest), unit, scale)]
+    frames += [_frame(table, T_rest, angles, root, unit, scale) for angles, root in poses]
+    lines = ["HIERARCHY", *_joint_lines(table, place, "Hips", unit, scale, 0)]
+    lines += ["MOTION", f"Frames: {len(frames)}", "Frame Time: 0.033333"]
+    return "\n".join(lines + frames) + "\n"
+
+
+def _origin(T: NDArray[np.float64], link: str) -> NDArray[np.float64]:
+    return T[LINK_IDX[_ORIGIN.get(link, link)], :3, 3]
+
+
+def _joint_lines(table: list, place: dict, name: str, unit: float, scale: float, depth: int) -> list[str]:
+    parent = next(row[1] for row in table if row[0] == name)
+    offset = AXES.T @ (place[name] - place[parent]) * scale / unit if parent else np.zeros(3)
+    children = [row[0] for row in table if row[1] == name]
+    moves = "6 Xposition Yposition Zposition " if not parent else "3 "
+    lines = [f"{'JOINT' if parent else 'ROOT'} {name}", "{", "OFFSET " + " ".join(f"{v:.6f}" for v in offset)]
+    lines += [f"CHANNELS {moves}Zrotation Xrotation Yrotation"]
+    for child in children:
+        lines += _joint_lines(table, place, child, unit, scale, depth + 1)
+    return [*lines, *([] if children else ["End Site", "{", "OFFSET 0 0 1", "}"]), "}"]
+
+
+def _frame(table: list, T_rest: NDArray, angles: NDArray, root: NDArray, unit: float, scale: float) -> str:
+    T = link_transforms(SKELETON, angles, root)
+    turn = {
+        name: AXES.T @ T[LINK_IDX[link], :3, :3] @ T_rest[LINK_IDX[link], :3, :3].T @ AXES
+        for name, _, link in table
+    }
+    values = [*(AXES.T @ root[:3, 3] * scale / unit)]
+    for name, parent, _ in _in_file_order(table):
+        local = turn[parent].T @ turn[name] if parent else turn[name]
+        values += [*Rotation.from_matrix(local).as_euler("ZXY", degrees=True)]
+    return " ".join(f"{value:.6f}" for value in values)
+
+
+def _in_file_order(table: list, name: str = "Hips") -> list:
+    out = [next(row for row in table if row[0] == name)]
+    for child in [row[0] for row in table if row[1] == name]:
+        out += _in_file_order(table, child)
+    return out
