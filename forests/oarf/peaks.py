@@ -1,14 +1,20 @@
 """Modes of a joint's votes: mean shift with a Gaussian kernel (Rafi et al. 2015, equation 6) on cells of votes.
 
-The votes are summed up in cells of a fraction of the bandwidth, each of which acts as one vote at its centroid;
-the result differs from that of the single votes by far less than the bandwidth (see docs/predicting.md).
+The votes are summed up in cells, each of which acts as one vote at its centroid. The modes of the cells are found
+first; the densest is then settled by mean shift over the votes themselves (docs/predicting.md says what it costs).
 """
 
 import numpy as np
 from numba import njit
 
-CELL = 0.5
+CELL = 0.8
 """Side of a cell, in bandwidths."""
+LIGHTEST = 0.05
+"""Cells lighter than this share of the heaviest are left out."""
+N_SETTLING_STEPS = 3
+"""Steps of mean shift over the votes themselves, from the densest mode of the cells."""
+NEAR = 3.0
+"""Votes farther from this mode do not move it, in bandwidths: the kernel is below 1e-4 there."""
 BASIN = 2.0
 """Votes this near to a mode count for its spread and its share of occluder votes, in bandwidths."""
 N_EXTRA_STARTS = 2
@@ -67,32 +73,41 @@ def find_peaks(
         n_slots *= 2
     table = np.full(n_slots, -1, np.int32)
     slots, keys = np.empty(most, np.int32), np.empty((most, 3), np.int32)
-    sums = np.empty((most, 6), np.float64)
+    sums, near = np.empty((most, 4), np.float64), np.empty((4, most + 1), np.float32)
     for joint in range(n_joints):
         cell = bandwidth[joint] * CELL
         n = 0
         for layer in range(n_layers):
             stream = joint * n_layers + layer
-            n = _bin_votes(votes[stream], count[stream], layer, cell, table, slots, keys, sums, n)
+            n = _bin_votes(votes[stream, : count[stream]], cell, table, slots, keys, sums, n)
         for k in range(n):
             table[slots[k]] = -1
-        spread[joint], occluder_share[joint] = _peaks_of_cells(
-            sums[:n], bandwidth[joint], proposals[joint], density[joint]
+        _peaks_of_cells(sums[:n], bandwidth[joint], proposals[joint], density[joint])
+        n = 0
+        for layer in range(n_layers):
+            stream = joint * n_layers + layer
+            n_before = n
+            n = _keep_near(votes[stream, : count[stream]], bandwidth[joint], proposals[joint, 0], near, n)
+        n_first = n if n_layers == 1 else n_before
+        total, spread[joint], occluder_share[joint] = _settle(
+            near[:, :n], n_first, bandwidth[joint], proposals[joint, 0]
         )
+        if total > 0.0:
+            density[joint] *= total / density[joint, 0]
 
 
 @njit(cache=True, nogil=True)
 def _bin_votes(
-    votes: np.ndarray, n_votes: int, layer: int, cell: float, table: np.ndarray, slots: np.ndarray,
-    keys: np.ndarray, sums: np.ndarray, n: int,
+    votes: np.ndarray, cell: float, table: np.ndarray, slots: np.ndarray, keys: np.ndarray, sums: np.ndarray,
+    n: int,
 ) -> int:  # fmt: skip
     """Adds votes to cells, which a hash table with open addressing finds; returns the number of cells.
 
-    A cell's sums: w, w x, w y, w z, w |x|^2, w of occluder modes.
+    A cell's sums: w, w x, w y, w z.
     """
     mask = np.int64(len(table) - 1)
     per_metre = np.float32(1.0 / cell)
-    for i in range(n_votes):
+    for i in range(len(votes)):
         x, y, z, w = votes[i, 0], votes[i, 1], votes[i, 2], votes[i, 3]
         a = np.int64(np.floor(x * per_metre))
         b = np.int64(np.floor(y * per_metre))
@@ -113,25 +128,27 @@ def _bin_votes(
         sums[k, 1] += w * x
         sums[k, 2] += w * y
         sums[k, 3] += w * z
-        sums[k, 4] += w * (x * x + y * y + z * z)
-        sums[k, 5] += w * layer
     return n
 
 
 @njit(cache=True, nogil=True)
-def _peaks_of_cells(
-    sums: np.ndarray, bandwidth: float, proposals: np.ndarray, density: np.ndarray
-) -> tuple[float, float]:
-    """Mean shift from the heaviest cells; returns the first mode's spread [m] and share of occluder votes."""
-    n = len(sums)
+def _peaks_of_cells(sums: np.ndarray, bandwidth: float, proposals: np.ndarray, density: np.ndarray) -> None:
+    """Mean shift from the heaviest cells."""
     n_proposals = len(density)
     proposals[:] = np.nan
     density[:] = 0.0
-    if n == 0:
-        return np.nan, np.nan
-    cells = np.empty((4, n), np.float32)
+    if len(sums) == 0:
+        return
     origin = np.empty(3, np.float64)
     heaviest = np.argmax(sums[:, 0])
+    least = LIGHTEST * sums[heaviest, 0]
+    n = 0
+    for k in range(len(sums)):
+        if sums[k, 0] >= least:
+            sums[n] = sums[k]
+            heaviest = n if k == heaviest else heaviest
+            n += 1
+    cells = np.empty((4, n), np.float32)
     for axis in range(3):
         origin[axis] = sums[heaviest, 1 + axis] / sums[heaviest, 0]
     per_bandwidth = 1.0 / bandwidth
@@ -153,7 +170,6 @@ def _peaks_of_cells(
         density[rank] = mode[3]
         for axis in range(3):
             proposals[rank, axis] = origin[axis] + bandwidth * mode[axis]
-    return _basin(cells, sums, modes[order[0]], origin, bandwidth)
 
 
 @njit(cache=True, nogil=True)
@@ -206,19 +222,51 @@ def _weighted_sums(cells: np.ndarray, x: float, y: float, z: float) -> tuple[flo
 
 
 @njit(cache=True, nogil=True)
-def _basin(
-    cells: np.ndarray, sums: np.ndarray, mode: np.ndarray, origin: np.ndarray, bandwidth: float
-) -> tuple[float, float]:
-    """Spread [m] and share of occluder votes of the cells around a mode."""
-    x, y, z = origin[0] + bandwidth * mode[0], origin[1] + bandwidth * mode[1], origin[2] + bandwidth * mode[2]
-    weight, squares, of_occluders = 0.0, 0.0, 0.0
-    for k in range(len(sums)):
-        dx, dy, dz = cells[0, k] - mode[0], cells[1, k] - mode[1], cells[2, k] - mode[2]
-        if dx * dx + dy * dy + dz * dz <= BASIN * BASIN:
-            weight += sums[k, 0]
-            cross = sums[k, 1] * x + sums[k, 2] * y + sums[k, 3] * z
-            squares += sums[k, 4] - 2.0 * cross + sums[k, 0] * (x * x + y * y + z * z)
-            of_occluders += sums[k, 5]
-    if weight == 0.0:
-        return 0.0, 0.0
-    return np.sqrt(max(squares, 0.0) / weight), of_occluders / weight
+def _keep_near(votes: np.ndarray, bandwidth: float, place: np.ndarray, near: np.ndarray, n: int) -> int:
+    """Appends the votes near a place (3,) [m] to `near` (4, capacity): offsets in bandwidths, weight."""
+    x, y, z = place
+    per_bandwidth, limit = np.float32(1.0 / bandwidth), np.float32(NEAR**2)
+    for i in range(len(votes)):
+        dx, dy, dz = (
+            (votes[i, 0] - x) * per_bandwidth,
+            (votes[i, 1] - y) * per_bandwidth,
+            (votes[i, 2] - z) * per_bandwidth,
+        )
+        near[0, n], near[1, n], near[2, n], near[3, n] = dx, dy, dz, votes[i, 3]
+        n += int(dx * dx + dy * dy + dz * dz <= limit)
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _settle(
+    near: np.ndarray, n_first_layer: int, bandwidth: float, place: np.ndarray
+) -> tuple[float, float, float]:
+    """Mean shift over the votes near a mode of the cells, which moves.
+
+    Args:
+        near: (4, n) float32: offsets from the mode in bandwidths, weight.
+        n_first_layer: The first so many are votes of body modes.
+        bandwidth: b_j [m].
+        place: (3,) float32, the mode [m].
+
+    Returns:
+        Density, spread [m] and share of occluder votes; 0 and NaN without votes.
+    """
+    if near.shape[1] == 0:
+        return 0.0, np.nan, np.nan
+    x, y, z = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    total = 0.0
+    for _ in range(N_SETTLING_STEPS):
+        total, sx, sy, sz = _weighted_sums(near, x, y, z)
+        x, y, z = np.float32(sx / total), np.float32(sy / total), np.float32(sz / total)
+    place[0] += bandwidth * x
+    place[1] += bandwidth * y
+    place[2] += bandwidth * z
+    weight, squares, of_occluders = 1e-30, 0.0, 0.0
+    for i in range(near.shape[1]):
+        square = (near[0, i] - x) ** 2 + (near[1, i] - y) ** 2 + (near[2, i] - z) ** 2
+        if square <= BASIN * BASIN:
+            weight += near[3, i]
+            squares += near[3, i] * square
+            of_occluders += near[3, i] if i >= n_first_layer else 0.0
+    return total, bandwidth * np.sqrt(squares / weight), of_occluders / weight
