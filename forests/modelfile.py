@@ -18,7 +18,7 @@ FORMAT_VERSION = 1
 _KEY = "undergrowth"
 """Of the one metadata entry: safetensors writes several in no fixed order."""
 _MAX_HEADER_BYTES = 2**24
-_DTYPES = {
+_DTYPES: dict[str, np.dtype[Any]] = {
     "F64": np.dtype("<f8"),
     "F32": np.dtype("<f4"),
     "F16": np.dtype("<f2"),

@@ -38,6 +38,7 @@ COMMANDS = {
     "generate": Command("pipelines.generate", "GenerateSettings", "make a corpus of labelled depth frames"),
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
     "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    "train oarf": Command("pipelines.train", "TrainOarfSettings", "train a regression forest on a corpus"),
     "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
     "ablate": Command("pipelines.ablate.command", "AblateSettings", "train and score all methods on one corpus"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),

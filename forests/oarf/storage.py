@@ -71,12 +71,12 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     """
     config = from_json(OARFConfig, metadata.get("config"))
     labels = from_json(LabelTable, metadata.get("labels"))
-    classes = ClassTable.of(labels, config.mode)
     trees = []
     for number in range(config.n_trees):
         prefix = f"tree{number}."
         own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
-        trees.append(unpack_tree(own, labels, classes, config))
+        trees.append(unpack_tree(own, labels, config))
+    classes = ClassTable.of(labels, config.mode)
     return OARFModel(config, labels, classes, tuple(trees), _tuning(arrays, labels.n_joints))
 
 
@@ -111,20 +111,18 @@ def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
     }
 
 
-def unpack_tree(
-    arrays: Mapping[str, np.ndarray], labels: LabelTable, classes: ClassTable, config: OARFConfig
-) -> ForestTree:
+def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OARFConfig) -> ForestTree:
     """Undoes `pack_tree`.
 
     Args:
         arrays: The tree's.
         labels: The forest's.
-        classes: The forest's.
         config: The forest's.
 
     Raises:
         ValueError: Anything missing, of another shape, or out of its range.
     """
+    classes = ClassTable.of(labels, config.mode)
     nodes = _nodes(arrays)
     n_leaves = int((nodes["leaf"] >= 0).sum())
     n_layers = 1 if classes.n_classes == classes.n_parts else 2

@@ -87,15 +87,16 @@ def _refuse_other_order(root: Path, header: Header, order: Order) -> None:
     for name in ("seed", "n_frames", "config", "labels", "software"):
         there, here = getattr(header, name), asked[name]
         if there != here:
-            difference = _first_difference(name, there, here)
+            difference = first_difference(name, there, here)
             raise UserError(f"{root} holds another corpus: {difference}; choose another folder")
 
 
-def _first_difference(name: str, there: object, here: object) -> str:
+def first_difference(name: str, there: object, here: object) -> str:
+    """In words, where two trees of JSON values differ first."""
     if isinstance(there, dict) and isinstance(here, dict):
         for key in [*there, *here]:
             if there.get(key) != here.get(key):
-                return _first_difference(f"{name}.{key}", there.get(key), here.get(key))
+                return first_difference(f"{name}.{key}", there.get(key), here.get(key))
     return f"{name} is {there!r} there and {here!r} here"
 
 
