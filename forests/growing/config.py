@@ -27,12 +27,12 @@ class GrowthConfig:
 
     max_depth: int = 20
     n_candidates: int = 2000
-    candidates_per_sample: int = 4
+    candidates_per_sample: int = 2
     n_thresholds: int = 32
     max_samples_per_split: int = 5000
     n_racing_samples: int = 128
     n_finalists: int = 50
-    min_samples_leaf: int = 10
+    min_samples_leaf: int = 20
     max_offset_m: float = 0.6
 
     def __post_init__(self) -> None:
