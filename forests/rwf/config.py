@@ -64,19 +64,26 @@ class RWFConfig:
     seed: int = 0
     n_points: int = 300
     near_share: float = 0.5
-    reach_m: float = 0.5
+    reach_m: float = 0.3
     start_noise_m: float = 0.1
     gate_share: float = 0.02
     n_clusters: int = 4
     cluster_bandwidth: float = 0.5
-    n_walks: int = 4
-    n_steps: int = 16
-    step_m: float = 0.1
+    n_walks: int = 8
+    n_steps: int = 10
+    step_m: float = 0.06
     decay: float = 0.95
-    n_arriving: int = 6
+    n_arriving: int = 5
     limb_share: float = 0.01
     growth: GrowthConfig = field(
-        default_factory=lambda: GrowthConfig(max_depth=18, n_candidates=500, min_samples_leaf=8)
+        default_factory=lambda: GrowthConfig(
+            max_depth=18,
+            n_candidates=300,
+            max_samples_per_split=1000,
+            n_finalists=40,
+            min_samples_leaf=10,
+            max_offset_m=0.5,
+        )
     )
 
     def __post_init__(self) -> None:

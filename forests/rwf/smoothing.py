@@ -37,7 +37,7 @@ class SkeletonSmoother:
         config: How.
     """
 
-    def __init__(self, config: SmoothingConfig = SmoothingConfig()) -> None:  # noqa: B008 frozen
+    def __init__(self, config: SmoothingConfig = SmoothingConfig()) -> None:
         self.config = config
         self.reset()
 
@@ -74,10 +74,10 @@ class SkeletonSmoother:
         else:
             self._forecast(seconds)
         noise = (self.config.noise_m / np.maximum(trust, _LEAST_CONFIDENCE)) ** 2
-        is_found = np.isfinite(found).all(axis=1)
-        is_known = np.isfinite(self._place).all(axis=1)
-        self._correct(found, noise, is_found & is_known)
-        self._begin(found, noise, is_found & ~is_known)
+        is_found = np.isfinite(found[:, 2])
+        is_known = np.isfinite(self._place[:, 2])
+        self._correct(found, noise, np.logical_and(is_found, is_known))
+        self._begin(found, noise, np.logical_and(is_found, ~is_known))
         return self._place.astype(np.float32)
 
     def _forecast(self, seconds: float) -> None:

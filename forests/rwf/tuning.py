@@ -16,10 +16,10 @@ from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
 
 WITHIN_M = 0.1
 """A joint is found if it is no farther off than this [m]."""
-STEPS_M = (0.02, 0.03, 0.04, 0.06, 0.08)
+STEPS_M = (0.02, 0.03, 0.045, 0.065, 0.09, 0.12)
 DECAYS = (0.95, 1.0)
 ARRIVING_SHARES = (0.25, 0.5, 0.75)
-CLUSTERS = (1, 2, 4, 8)
+CLUSTERS = (1, 2, 4)
 _RIDGE = 1e-2
 
 

@@ -94,7 +94,7 @@ def test_clusters_of_two_bundles_are_their_means_and_shares():
 
 def test_a_mode_is_a_maximum_of_the_kernel_density():
     rng = np.random.default_rng(1)
-    unit = rng.normal(size=(40, 3)) + [1.5, 0, 0]
+    unit = rng.normal((1.5, 0, 0), 1, (40, 3))
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
     modes = np.empty((12, 3))
     n_modes = find_modes(unit, 0.6, modes)

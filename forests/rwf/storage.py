@@ -1,0 +1,162 @@
+"""Random walk forests in model files: arrays and metadata out of a model, and a checked model out of them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from forests.frames import LabelTable
+from forests.modelfile import naming_file, read_model, take_array, write_model
+from forests.records import from_json, to_json
+from forests.rwf.config import RWFConfig
+from forests.rwf.model import ExpertTree, Limbs, RWFModel
+from forests.rwf.skeleton import chosen_joints
+from forests.rwf.walk import WalkPlan
+from forests.treefile import pack_nodes, unpack_nodes
+
+KIND = "rwf"
+_MOST_WALKS = 4096
+_LONGEST_STEP_M = 10.0
+
+
+def save_model(path: Path, model: RWFModel, extra_metadata: Mapping[str, Any] | None = None) -> None:
+    """Writes a forest to a file.
+
+    Args:
+        path: The file; replaced if there is one.
+        model: The forest.
+        extra_metadata: Further JSON values by name, such as the corpus that it was trained on.
+
+    Raises:
+        ValueError: A name of `extra_metadata` that is taken.
+    """
+    plan = model.plan
+    counts = {"n_walks": plan.n_walks, "n_steps": plan.n_steps, "n_clusters": plan.n_clusters}
+    own = {"config": to_json(model.config), "labels": to_json(model.labels), "walk": counts}
+    extra = extra_metadata or {}
+    if taken := sorted(own.keys() & extra.keys()):
+        raise ValueError(f"extra_metadata must not name {', '.join(taken)}")
+    write_model(path, KIND, pack_model(model), own | dict(extra))
+
+
+def load_model(path: Path) -> RWFModel:
+    """Reads a forest from a file.
+
+    Raises:
+        ModelFileError: No such file, or no sound forest in it.
+    """
+    contents = read_model(path, KIND)
+    with naming_file(path):
+        return unpack_model(contents.arrays, contents.metadata)
+
+
+def pack_model(model: RWFModel) -> dict[str, np.ndarray]:
+    """A forest's arrays as a model file holds them."""
+    arrays: dict[str, np.ndarray] = {f"plan.{name}": getattr(model.plan, name) for name in _PLAN}
+    arrays |= {f"limbs.{name}": values for name, values in model.limbs._asdict().items()}
+    arrays["within_weights"] = model.within_weights
+    for number, tree in enumerate(tree for trees in model.experts for tree in trees):
+        arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    return arrays
+
+
+def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> RWFModel:
+    """A forest out of a model file's contents, checked so that no kernel can read beyond an array.
+
+    Raises:
+        ValueError: Anything missing, of another shape, or out of its range.
+    """
+    config = from_json(RWFConfig, metadata.get("config"))
+    labels = from_json(LabelTable, metadata.get("labels"))
+    joints = tuple(labels.joints[place] for place in chosen_joints(labels.joints, config.joints))
+    trees = []
+    for number in range(len(joints) * config.n_trees):
+        prefix = f"tree{number}."
+        own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
+        trees.append(unpack_tree(own, config.n_clusters))
+    experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(joints)))
+    plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_clusters)
+    weights = take_array(arrays, "within_weights", np.float32, (len(joints), 2))
+    if np.isinf(weights).any():
+        raise ValueError("the weights of a joint's probability are not finite")
+    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights)
+
+
+def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:
+    """A tree's arrays as a model file holds them."""
+    return pack_nodes(tree.nodes) | {"direction": tree.direction, "share": tree.share}
+
+
+def unpack_tree(arrays: Mapping[str, np.ndarray], n_clusters: int) -> ExpertTree:
+    """Undoes `pack_tree`.
+
+    Raises:
+        ValueError: Anything missing, of another shape, or out of its range.
+    """
+    nodes = unpack_nodes(arrays)
+    n_leaves = int((nodes["leaf"] >= 0).sum())
+    direction = take_array(arrays, "direction", np.float32, (n_leaves, n_clusters, 3))
+    share = take_array(arrays, "share", np.float32, (n_leaves, n_clusters))
+    if not (np.abs(direction) <= 1.001).all():
+        raise ValueError("directions must be no longer than 1")
+    if not ((share >= 0).all() and (share[:, 0] > 0).all() and (np.abs(share.sum(axis=1) - 1.0) < 1e-3).all()):
+        raise ValueError("the shares of a leaf's clusters must be at least 0 and sum to 1")
+    return ExpertTree(nodes, direction, share)
+
+
+_PLAN = ("order", "start_from", "step_m", "decay", "n_arriving", "gate_m")
+
+
+def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_clusters: int) -> WalkPlan:
+    if not isinstance(counts, Mapping) or any(type(counts.get(name)) is not int for name in _MOST):
+        raise ValueError(f"the metadata's walk must hold the integers {', '.join(_MOST)}")
+    for name, most in (_MOST | {"n_clusters": n_clusters}).items():
+        if not 1 <= counts[name] <= most:
+            raise ValueError(f"{name}={counts[name]} must be in 1..{most}")
+    plan = WalkPlan(
+        take_array(arrays, "plan.order", np.int32, (n_joints,)),
+        take_array(arrays, "plan.start_from", np.int32, (n_joints,)),
+        take_array(arrays, "plan.step_m", np.float32, (n_joints,)),
+        take_array(arrays, "plan.decay", np.float32, (n_joints,)),
+        take_array(arrays, "plan.n_arriving", np.int32, (n_joints,)),
+        take_array(arrays, "plan.gate_m", np.float32, (n_joints, 2)),
+        counts["n_walks"],
+        counts["n_steps"],
+        counts["n_clusters"],
+    )
+    if not np.array_equal(np.sort(plan.order), np.arange(n_joints)):
+        raise ValueError("the order of the walks must name each joint once")
+    _check_parents("start", plan.start_from, plan)
+    if not ((plan.step_m > 0) & (plan.step_m <= _LONGEST_STEP_M) & (plan.decay > 0) & (plan.decay <= 1)).all():
+        raise ValueError(f"steps must be in 0..{_LONGEST_STEP_M} m, their decay in 0..1")
+    if (plan.n_arriving < 0).any() or (plan.n_arriving >= plan.n_steps).any():
+        raise ValueError(f"n_arriving must be in 0..{plan.n_steps - 1}")
+    if not (plan.gate_m[:, 0] <= plan.gate_m[:, 1]).all():
+        raise ValueError("a gate ends before it begins")
+    return plan
+
+
+_MOST = {"n_walks": _MOST_WALKS, "n_steps": _MOST_WALKS, "n_clusters": 1}
+
+
+def _limbs(arrays: Mapping[str, np.ndarray], plan: WalkPlan) -> Limbs:
+    n_joints = len(plan.order)
+    limbs = Limbs(
+        take_array(arrays, "limbs.parent", np.int32, (n_joints,)),
+        take_array(arrays, "limbs.length_m", np.float32, (n_joints, 2)),
+    )
+    _check_parents("limb", limbs.parent, plan)
+    low, high = limbs.length_m.T
+    if not ((low >= 0) & (low <= high)).all():
+        raise ValueError("a limb's length ends before it begins")
+    return limbs
+
+
+def _check_parents(what: str, parents: np.ndarray, plan: WalkPlan) -> None:
+    """Parents are joints that are walked to before, or -1."""
+    rank = np.empty(len(parents), np.int64)
+    rank[plan.order] = np.arange(len(parents))
+    is_known = (parents >= -1) & (parents < len(parents))
+    if not is_known.all() or (rank[parents[parents >= 0]] >= rank[parents >= 0]).any():
+        raise ValueError(f"the {what} of a joint is no joint that is walked to before it")

@@ -1,0 +1,239 @@
+"""A random walk forest as its users hold it: trained from arrays, asked, cloned, saved, repeated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+
+from forests.frames import FrameBatch, FrameSubset, Intrinsics, LabelTable
+from forests.growing import GrowthConfig
+from forests.modelfile import ModelFileError
+from forests.rwf.config import RWFConfig
+from forests.rwf.forest import RandomWalkForest, Walker
+from forests.rwf.storage import load_model, pack_model, pack_tree, save_model, unpack_model, unpack_tree
+from forests.rwf.train import train_rwf
+
+CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
+LABELS = LabelTable(("body",), ("table",), ("head", "neck", "foot"))
+CONFIG = RWFConfig(
+    skeleton=(("neck", ""), ("head", "neck"), ("foot", "neck")),
+    box_joints=("head", "neck"),
+    n_points=60,
+    reach_m=0.3,
+    n_walks=4,
+    n_steps=12,
+    n_arriving=4,
+    growth=GrowthConfig(max_depth=8, n_candidates=60, n_finalists=20, min_samples_leaf=10, max_offset_m=0.5),
+)
+
+
+def people(n: int, seed: int) -> FrameBatch:
+    """Upright people of boxes, 2-3 m away, with a foot to one side; a table hides every other one's foot."""
+    rng = np.random.default_rng(seed)
+    depth, body = np.zeros((n, 72, 96), np.uint16), np.zeros((n, 72, 96), np.uint16)
+    joints, is_occluded = np.zeros((n, 3, 3), np.float32), np.zeros((n, 3), bool)
+    for i in range(n):
+        x, z = rng.uniform(-0.3, 0.3), rng.uniform(2.0, 3.0)
+        foot = x + rng.choice([-0.15, 0.15])
+        joints[i] = [[x, -0.55, z + 0.1], [x, -0.3, z + 0.1], [foot, 0.6, z + 0.1]]
+        for box in (
+            (x - 0.1, -0.7, x + 0.1, -0.4),
+            (x - 0.2, -0.4, x + 0.2, 0.2),
+            (foot - 0.1, 0.2, foot + 0.1, 0.7),
+        ):
+            fill(body[i], z, box)
+        depth[i] = body[i]
+        if i % 2:
+            fill(depth[i], z - 0.3, (foot - 0.3, 0.3, foot + 0.3, 0.75))
+            is_occluded[i, 2] = True
+    label = (body > 0).astype(np.uint8)
+    composite = np.where(depth != body, np.uint8(2), label)
+    return FrameBatch(depth, composite, joints, CAMERA, LABELS, body, label, is_occluded)
+
+
+def fill(image: np.ndarray, z: float, box: tuple[float, ...]) -> None:
+    left, right = (int(np.clip(CAMERA.fx * x / z + CAMERA.cx, 0, 96)) for x in (box[0], box[2]))
+    top, bottom = (int(np.clip(CAMERA.fy * y / z + CAMERA.cy, 0, 72)) for y in (box[1], box[3]))
+    image[top:bottom, left:right] = round(1000 * z)
+
+
+TRAINING, TEST = people(90, 0), people(24, 1)
+
+
+@pytest.fixture(scope="module")
+def forest() -> RandomWalkForest:
+    return RandomWalkForest(CONFIG).fit(TRAINING, TEST)
+
+
+def assert_same(one, other) -> None:
+    first, second = pack_model(one), pack_model(other)
+    assert first.keys() == second.keys()
+    for name, values in first.items():
+        assert values.tobytes() == second[name].tobytes(), name
+
+
+def test_it_finds_the_joints_of_toy_people_behind_tables_too(forest):
+    errors = []
+    for frame in TEST:
+        start = frame.joints[:2].mean(axis=0)
+        errors.append(
+            np.linalg.norm(forest.predict(frame.depth, CAMERA, start=start).joints - frame.joints, axis=1)
+        )
+    errors = np.array(errors)
+    assert errors.mean(axis=0).max() < 0.08
+    assert (errors < 0.1).mean() > 0.85
+    start_errors = np.linalg.norm(TEST.joints - TEST.joints[:, :2].mean(axis=1, keepdims=True), axis=2)
+    assert errors[:, 2].mean() < 0.2 * start_errors[:, 2].mean()
+
+
+def test_an_estimate_has_all_that_users_read(forest):
+    frame = TEST[0]
+    estimate = forest.predict(frame.depth, CAMERA, box=(30, 5, 66, 40))
+    assert estimate.proposals.shape == (3, 1, 3)
+    assert estimate.joints.dtype == np.float32
+    assert ((estimate.confidence > 0) & (estimate.confidence <= 1)).all()
+    assert ((estimate.probability > 0) & (estimate.probability < 1)).all()
+    assert (estimate.spread >= 0).all()
+    assert np.isfinite(estimate.joints_2d).all()
+
+
+def test_the_same_question_has_the_same_answer(forest):
+    first, again = (forest.predict(TEST[1].depth, CAMERA) for _ in range(2))
+    np.testing.assert_array_equal(first.proposals, again.proposals)
+    np.testing.assert_array_equal(first.spread, again.spread)
+
+
+def test_any_number_of_threads_trains_the_same_bytes():
+    few = FrameSubset(TRAINING, tuple(range(30)))
+    config = replace(CONFIG, n_trees=2)
+    assert_same(*(train_rwf(few, config, validation=TEST, n_threads=n) for n in (1, 2)))
+
+
+def test_training_goes_on_from_its_checkpoint():
+    few = FrameSubset(TRAINING, tuple(range(20)))
+    kept, loaded, shares = {}, [], []
+
+    class Store:
+        def load(self, tree):
+            loaded.append(tree in kept)
+            return kept.get(tree)
+
+        def save(self, tree, grown):
+            kept[tree] = unpack_tree(pack_tree(grown), CONFIG.n_clusters)
+
+    whole = train_rwf(few, CONFIG, checkpoint=Store(), on_progress=shares.append)
+    assert loaded == [False] * 3
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    del kept[2]
+    assert_same(whole, train_rwf(few, CONFIG, checkpoint=Store()))
+    assert loaded[3:] == [True, True, False]
+
+
+def test_bodies_alone_or_some_joints_alone_can_be_learned():
+    few = FrameSubset(TRAINING, tuple(range(20)))
+    body = train_rwf(few, replace(CONFIG, layer="body"))
+    assert not np.array_equal(body.experts[2][0].nodes, train_rwf(few, CONFIG).experts[2][0].nodes)
+    some = train_rwf(few, replace(CONFIG, joints=("foot", "head")))
+    assert some.joints == ("head", "foot")
+    assert some.limbs.parent.tolist() == [-1, -1]
+    with pytest.raises(ValueError, match="tail"):
+        train_rwf(few, replace(CONFIG, joints=("tail",)))
+
+
+def test_one_frame_is_enough_and_none_is_refused():
+    one = FrameSubset(TRAINING, (0,))
+    walker = Walker(train_rwf(one, CONFIG, validation=one))
+    joints = walker.predict(TRAINING.depth[0], CAMERA, start=TRAINING.joints[0, 1]).joints
+    assert np.linalg.norm(joints - TRAINING.joints[0], axis=1).max() < 0.15
+    with pytest.raises(ValueError, match="no training frames"):
+        train_rwf(FrameSubset(TRAINING, ()), CONFIG)
+
+
+def test_a_frame_that_shows_nothing_is_learned_from_without_harm():
+    empty = FrameBatch(
+        np.zeros((2, 72, 96), np.uint16), np.zeros((2, 72, 96), np.uint8), TRAINING.joints[:2], CAMERA, LABELS
+    )
+    joints = Walker(train_rwf(empty, CONFIG, validation=empty)).predict(TEST.depth[0], CAMERA).joints
+    assert np.isfinite(joints).all()
+
+
+def test_an_empty_map_has_no_joints_and_starts_outside_have_some(forest):
+    nothing = forest.predict(np.zeros((72, 96), np.uint16), CAMERA)
+    assert np.isnan(nothing.joints).all()
+    assert (nothing.confidence == 0).all()
+    assert (nothing.probability == 0).all()
+    for start in ((0, 0), (-500, 900), (3.0, 3.0, 1.0)):
+        assert np.isfinite(forest.predict(TEST.depth[0], CAMERA, start=start).joints).all()
+
+
+def test_what_is_no_depth_image_or_no_fitted_forest_is_refused(forest):
+    with pytest.raises(ValueError, match="metres"):
+        forest.predict(np.zeros((72, 96)), CAMERA)
+    with pytest.raises(ValueError, match="fit"):
+        RandomWalkForest(CONFIG).predict(TEST.depth[0], CAMERA)
+
+
+def test_it_can_be_cloned_and_its_parameters_set():
+    copy = clone(RandomWalkForest(CONFIG, 2))
+    assert copy.config == CONFIG
+    assert copy.set_params(config__growth__max_depth=3).get_params()["config__growth__max_depth"] == 3
+    with pytest.raises(ValueError, match="unknown"):
+        copy.set_params(config__colour=1)
+
+
+def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
+    path = tmp_path / "forest.model"
+    save_model(path, forest.model_, {"corpus": "toy"})
+    loaded = load_model(path)
+    assert_same(forest.model_, loaded)
+    assert (loaded.config, loaded.labels, loaded.joints) == (CONFIG, LABELS, LABELS.joints)
+    expected = forest.predict(TEST[0].depth, CAMERA)
+    np.testing.assert_array_equal(Walker(loaded).predict(TEST[0].depth, CAMERA).proposals, expected.proposals)
+    with pytest.raises(ValueError, match="config"):
+        save_model(path, forest.model_, {"config": 1})
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(ModelFileError):
+        load_model(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value"),
+    [
+        ("plan.order", 0, 7),
+        ("plan.start_from", 0, 2),
+        ("plan.start_from", 1, -2),
+        ("plan.step_m", 0, np.nan),
+        ("plan.decay", 0, 1.5),
+        ("plan.n_arriving", 0, 12),
+        ("plan.gate_m", (0, 0), np.nan),
+        ("limbs.parent", 0, 3),
+        ("limbs.length_m", (0, 0), np.nan),
+        ("within_weights", (0, 0), np.inf),
+        ("tree0.left", 0, 10**6),
+        ("tree0.leaf", -1, 10**6),
+        ("tree0.offsets", (0, 0), np.inf),
+        ("tree1.share", (0, 0), np.nan),
+        ("tree1.share", (0, 0), -1.0),
+        ("tree1.direction", (0, 0, 0), 5.0),
+    ],
+)
+def test_no_file_makes_a_walk_read_out_of_bounds(forest, name, place, value):
+    arrays = {key: values.copy() for key, values in pack_model(forest.model_).items()}
+    arrays[name][place] = value
+    with pytest.raises(ValueError, match=r"\w"):
+        unpack_model(arrays, metadata_of(forest))
+
+
+@pytest.mark.parametrize("walk", [None, {"n_walks": 1}, {"n_walks": 0, "n_steps": 12, "n_clusters": 1}])
+def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
+    with pytest.raises(ValueError, match=r"walk"):
+        unpack_model(pack_model(forest.model_), metadata_of(forest) | {"walk": walk})
+
+
+def metadata_of(forest: RandomWalkForest) -> dict:
+    from forests.records import to_json
+
+    counts = {"n_walks": 4, "n_steps": 12, "n_clusters": forest.model_.plan.n_clusters}
+    return {"config": to_json(CONFIG), "labels": to_json(LABELS), "walk": counts}
