@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
 
+from pipelines.corpus.header import software_versions
+
 ROOT = Path(__file__).parents[2]
 """Folder of the packages."""
 
@@ -19,6 +21,12 @@ def _plain(value: object) -> object:
     if is_dataclass(value) and not isinstance(value, type):
         return asdict(value)
     raise TypeError(f"{value!r} of type {type(value).__name__} is no JSON value")
+
+
+@functools.cache
+def versions() -> dict:
+    """Versions of Python and the libraries."""
+    return software_versions()
 
 
 @functools.cache

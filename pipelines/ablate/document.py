@@ -7,13 +7,13 @@ from dataclasses import asdict
 import numpy as np
 
 from pipelines.ablate.config import AblationConfig, Row
-from pipelines.ablate.digests import sources_digest
+from pipelines.ablate.digests import sources_digest, versions
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.run import open_corpus
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
-from pipelines.corpus.header import software_versions, write_atomically
+from pipelines.corpus.header import write_atomically
 from pipelines.evaluate import file_digest
 from pipelines.metrics import draw_frames
 from pipelines.results import Results, read_results
@@ -39,7 +39,7 @@ def make_document(config: AblationConfig, plan: Plan, folder: ResultsFolder) -> 
         "schema": SCHEMA,
         "schema_version": SCHEMA_VERSION,
         "settings": asdict(config),
-        "software": software_versions(),
+        "software": versions(),
         "sources": {name: sources_digest(name) for name in ("synth", "forests", "pipelines/metrics")},
         "corpora": [_corpus_document(job, folder) for job in plan.corpora],
         "paper_map_10cm": dict(PAPER_MAP_10CM),

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
 from pipelines.ablate.config import CorpusConfig, Row
-from pipelines.ablate.digests import digest_of, sources_digest
+from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.corpus import Corpus
-from pipelines.corpus.header import software_versions
 from pipelines.errors import UserError
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
@@ -38,13 +37,13 @@ class CorpusJob:
     @functools.cached_property
     def key(self) -> str:
         """Digest of the corpus."""
-        return digest_of("corpus", self.config, software_versions(), sources_digest("synth"))
+        return digest_of("corpus", self.config, versions(), sources_digest("synth"))
 
     @functools.cached_property
     def source_key(self) -> str:
         """Digest of where its frames come from: frame i of a split is the same for any numbers of frames."""
         scene = replace(self.config.scene, splits=SplitShares())
-        return digest_of("frames", self.config.seed, scene, software_versions(), sources_digest("synth"))
+        return digest_of("frames", self.config.seed, scene, versions(), sources_digest("synth"))
 
     @property
     def n_frames(self) -> int:
@@ -124,7 +123,7 @@ class TrainingJob:
         """Digest of the model."""
         frames = (self.corpus.source_key, self.train, self.val, self.sensor)
         forest = (type(self.forest).__name__, self.forest)
-        return digest_of("model", forest, frames, software_versions(), sources_digest("forests"))
+        return digest_of("model", forest, frames, versions(), sources_digest("forests"))
 
     @property
     def name(self) -> str:

@@ -1,70 +1,81 @@
-"""Forests of either kind: trained into a file with resumable trees, read back, made ready to be asked."""
+"""Forests of either kind: trained into a file, tree by tree, and asked as a scoring wants it."""
 
-import importlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from forests.modelfile import ModelFileError
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train
-from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
-from forests.oarf.storage import load_model as load_oarf
-from forests.oarf.storage import save_model as save_oarf
-from forests.rwf.forest import Walker
-from forests.rwf.model import RWFModel
-from forests.rwf.train import train_rwf
-from pipelines.ablate.jobs import TrainingJob
+from pipelines.ablate.jobs import ScoringJob, TrainingJob
 from pipelines.ablate.progress import SetShare
-from pipelines.corpus.sequence import CorpusFrames
+from pipelines.checkpoints import TreeFolder, open_trees
+from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
+from pipelines.evaluate import load_contestant
+from pipelines.predictions import Contestant
+from pipelines.train import KINDS
 
 
 def train_model(
     job: TrainingJob,
-    train_frames: CorpusFrames,
-    val_frames: CorpusFrames,
+    frames: CorpusFrames,
+    validation: CorpusFrames,
     path: Path,
     n_threads: int,
     on_share: SetShare,
 ) -> None:
-    """Trains a job's forest into a file.
+    """Trains a job's forest into a file; finished trees lie beside it until it is there.
 
     Args:
         job: What to train.
-        train_frames: Frames to learn from.
-        val_frames: Frames to tune on.
+        frames: Frames to learn from.
+        validation: Frames to tune on.
         path: The file.
         n_threads: Threads.
         on_share: Told the share that is done.
+
+    Raises:
+        UserError: Frames that nothing can be learned from, or another process trains there.
     """
-    metadata = {"row": job.row, "key": job.key, "corpus_digest": train_frames.corpus.digest, "sensor": job.sensor}
-    if isinstance(job.forest, OARFConfig):
-        forest = train(train_frames, job.forest, validation=val_frames, n_threads=n_threads, on_progress=on_share)
-        save_oarf(path, forest, metadata)
-    else:
-        walks = train_rwf(
-            train_frames, job.forest, validation=val_frames, n_threads=n_threads, on_progress=on_share
-        )
-        _rwf_storage().save_model(path, walks, metadata)
+    kind = KINDS["oarf" if isinstance(job.forest, OARFConfig) else "rwf"]()
+    store: TreeFolder[Any] = TreeFolder(
+        path.with_name(path.name + ".partial"),
+        {"key": job.key},
+        kind.pack_tree,
+        lambda arrays: kind.unpack_tree(arrays, LABELS, job.forest),
+    )
+    metadata = {"row": job.row, "key": job.key, "corpus": frames.corpus.digest, "sensor": job.sensor}
+    with open_trees(store):
+        try:
+            model = kind.train(
+                frames,
+                job.forest,
+                validation=validation,
+                n_threads=n_threads,
+                checkpoint=store,
+                on_progress=on_share,
+            )
+        except ValueError as error:
+            raise UserError(f"{job.row} cannot be trained: {error}") from None
+        kind.save(path, model, metadata)
+        store.clear()
 
 
-def load_model(job: TrainingJob, path: Path) -> OARFModel | RWFModel:
-    """A trained forest out of its file.
+def read_contestant(job: ScoringJob, path: Path) -> Contestant:
+    """A job's forest as it is asked; pixels are labelled by forests that are asked as they were trained.
+
+    Args:
+        job: With how many trees and voting pixels it is asked.
+        path: The model's file.
 
     Raises:
         UserError: The file is damaged.
     """
-    try:
-        return load_oarf(path) if isinstance(job.forest, OARFConfig) else _rwf_storage().load_model(path)
-    except ModelFileError as error:
-        raise UserError(str(error)) from None
-
-
-def predictor_of(model: OARFModel | RWFModel) -> Predictor | Walker:
-    """A forest ready to be asked."""
-    return Predictor(model) if isinstance(model, OARFModel) else Walker(model)
-
-
-def _rwf_storage() -> Any:
-    return importlib.import_module("forests.rwf.storage")
+    contestant = replace(load_contestant(path)[0], method=job.training.row)
+    if not (job.n_trees or job.n_pixels):
+        return contestant
+    assert isinstance(contestant.predictor, Predictor)
+    model = contestant.predictor.model
+    config = replace(model.config, n_voting_pixels=job.n_pixels or model.config.n_voting_pixels)
+    model = replace(model, config=config, trees=model.trees[: job.n_trees or None])
+    return replace(contestant, predictor=Predictor(model), classes=None)

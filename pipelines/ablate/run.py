@@ -1,12 +1,10 @@
 """Does the work of a plan, each piece once: what lies finished in the folder is not made again."""
 
 import itertools
-from dataclasses import replace
 
-from forests.oarf.model import OARFModel
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
-from pipelines.ablate.models import load_model, predictor_of, train_model
+from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, Progress, SetShare, cost
 from pipelines.corpus import Corpus, write_corpus
@@ -15,7 +13,7 @@ from pipelines.errors import CorpusError
 from pipelines.generate import GenerateSettings
 from pipelines.metrics import read_truths
 from pipelines.metrics.document import pixel_values
-from pipelines.predictions import Contestant, contestant_of, predict_frames
+from pipelines.predictions import predict_frames
 from pipelines.results import write_results
 
 
@@ -73,10 +71,9 @@ def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: Se
     corpus = open_corpus(folder, job.training.corpus)
     numbers = job.test.of(corpus)
     frames = CorpusFrames(corpus, numbers, job.sensor)
-    contestant = _contestant(job, folder)
     n_done = itertools.count(1)
     results, confusion = predict_frames(
-        contestant,
+        read_contestant(job, folder.model(job.training)),
         frames,
         read_truths(corpus, numbers),
         n_threads,
@@ -91,14 +88,3 @@ def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: Se
         "pixels": None if confusion is None else pixel_values(confusion),
     }
     write_results(folder.rows(job), [results], context)
-
-
-def _contestant(job: ScoringJob, folder: ResultsFolder) -> Contestant:
-    """The forest as it is asked; pixels are labelled by whole forests alone."""
-    model = load_model(job.training, folder.model(job.training))
-    if isinstance(model, OARFModel) and job.n_trees:
-        model = replace(model, trees=model.trees[: job.n_trees])
-    if isinstance(model, OARFModel) and job.n_pixels:
-        model = replace(model, config=replace(model.config, n_voting_pixels=job.n_pixels))
-    contestant = contestant_of(job.training.row, predictor_of(model))
-    return replace(contestant, classes=None) if job.n_trees or job.n_pixels else contestant

@@ -87,13 +87,13 @@ def _group_scores(seeds: Sequence[Results], is_counted: NDArray[np.bool_], weigh
 def pair_scores(answers: Answers, resampling: Resampling) -> dict[str, dict]:
     """The paired differences of a condition as JSON values, by "first - second".
 
-    Seeds are paired by their number. Each measure holds first, second, estimate, ci and p_value; the groups hold
-    the same under their names.
+    Seeds are paired by their number; methods that answer other joints are not. Each measure holds first, second,
+    estimate, ci and p_value; the groups hold the same under their names.
     """
     documents = {}
     for first, second in PAIRS:
-        if first in answers and second in answers:
-            pairs = list(zip(answers[first], answers[second], strict=False))
+        pairs = list(zip(answers.get(first, ()), answers.get(second, ()), strict=False))
+        if pairs and pairs[0][0].truths.joints == pairs[0][1].truths.joints:
             documents[f"{first} - {second}"] = _pair_document(pairs, resampling)
     return documents
 

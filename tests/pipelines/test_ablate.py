@@ -1,0 +1,444 @@
+"""The ablation: keys of its plan, its scores, a run as a user starts it, killed and gone on with."""
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from toy_results import results_of, truths_of
+
+from forests.growing import GrowthConfig
+from forests.oarf.config import OARFConfig
+from forests.rwf.config import RWFConfig
+from pipelines.ablate import run as ablate_run
+from pipelines.ablate.config import ROWS, AblationConfig, CorpusConfig, load_config, merged
+from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.jobs import Selection
+from pipelines.ablate.plan import QUESTIONS, make_plan
+from pipelines.ablate.table import GROUPS, Resampling, pair_scores, row_scores
+from pipelines.checkpoints import TreeFolder
+from pipelines.cli import main
+from pipelines.corpus import Corpus
+from pipelines.metrics import MEASURES, compare, draw_frames, summarise
+from pipelines.results import read_results
+from synth.scene import SceneConfig
+
+TINY = """
+rows = ["baseline", "occluders", "semantic", "rwf"]
+n_seeds = 2
+n_resamples = 50
+tree_counts = [1, 2]
+pixel_counts = [20, 50]
+
+[corpus]
+train_frames = 10
+val_frames = 3
+test_frames = 6
+seed = 3
+
+[corpus.scene]
+camera = "custom"
+intrinsics = [160, 120, 142.0, 142.0, 79.5, 59.5]
+
+[oarf]
+n_trees = 2
+n_pixels = 60
+n_occluder_pixels = 60
+n_voting_pixels = 50
+growth = { max_depth = 6, n_candidates = 20, n_finalists = 5 }
+
+[rwf]
+joints = ["head", "neck", "torso", "r_shoulder", "l_shoulder"]
+n_points = 30
+growth = { max_depth = 5, n_candidates = 20, n_finalists = 5 }
+"""
+
+CONFIG = AblationConfig(questions=tuple(QUESTIONS), n_seeds=2)
+
+
+# The plan
+
+
+def keys_of(config):
+    """Keys of corpora, of models by row and seed, and of rows by row and seed, of the main table."""
+    main = make_plan(config).conditions[0]
+    trainings = {(job.training.row, job.training.forest.seed): job.training for job in main.scorings}
+    return {
+        "corpus": {job.training.corpus.key for job in main.scorings},
+        "oarf": {name: job.key for name, job in trainings.items() if not name[0].startswith("rwf")},
+        "rwf": {name: job.key for name, job in trainings.items() if name[0].startswith("rwf")},
+        "rows": {(job.training.row, job.training.forest.seed): job.key for job in main.scorings},
+    }
+
+
+def with_corpus(**changes):
+    return replace(CONFIG, corpus=replace(CONFIG.corpus, **changes))
+
+
+@pytest.mark.parametrize(
+    ("changed", "what_changes"),
+    [
+        (replace(CONFIG, n_resamples=10), set()),
+        (replace(CONFIG, questions=()), set()),
+        (replace(CONFIG, unseen_class="table", noisy_sensor="kinect_v1", tree_counts=(2,)), set()),
+        (replace(CONFIG, oarf=OARFConfig(mode="baseline")), set()),
+        (replace(CONFIG, rwf=RWFConfig(layer="body")), set()),
+        (replace(CONFIG, sensor="kinect_v2"), {"oarf", "rwf", "rows"}),
+        (replace(CONFIG, oarf=OARFConfig(n_pixels=999)), {"oarf", "rows"}),
+        (replace(CONFIG, oarf=OARFConfig(growth=GrowthConfig(max_depth=19))), {"oarf", "rows"}),
+        (replace(CONFIG, rwf=RWFConfig(n_points=299)), {"rwf", "rows"}),
+        (with_corpus(test_frames=439), {"corpus", "rows"}),
+        (with_corpus(val_frames=199), {"corpus", "oarf", "rwf", "rows"}),
+        (with_corpus(train_frames=1111), {"corpus", "oarf", "rwf", "rows"}),
+        (with_corpus(seed=1), {"corpus", "oarf", "rwf", "rows"}),
+        (with_corpus(scene=SceneConfig(is_context_kept=False)), {"corpus", "oarf", "rwf", "rows"}),
+        (with_corpus(scene=SceneConfig(child_share=0.2)), {"corpus", "oarf", "rwf", "rows"}),
+    ],
+)
+def test_a_key_changes_exactly_when_something_that_it_depends_on_does(changed, what_changes):
+    before, after = keys_of(CONFIG), keys_of(changed)
+    assert {name for name in before if before[name] != after[name]} == what_changes
+
+
+def test_other_software_changes_every_key(monkeypatch):
+    before = keys_of(CONFIG)
+    monkeypatch.setattr("pipelines.ablate.jobs.versions", lambda: {"numpy": "99"})
+    after = keys_of(CONFIG)
+    assert all(before[name] != after[name] for name in before)
+
+
+@pytest.mark.parametrize(
+    ("place", "what_changes"),
+    [
+        ("synth", {"corpus", "oarf", "rwf", "rows"}),
+        ("forests", {"oarf", "rwf", "rows"}),
+        ("pipelines/metrics", {"rows"}),
+    ],
+)
+def test_other_sources_change_the_keys_of_what_they_make(monkeypatch, place, what_changes):
+    def keys(edited):
+        monkeypatch.setattr("pipelines.ablate.jobs.sources_digest", lambda *places: str(edited in places))
+        return keys_of(CONFIG)
+
+    before, after = keys(""), keys(place)
+    assert {name for name in before if before[name] != after[name]} == what_changes
+
+
+def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
+    main = make_plan(CONFIG).conditions[0]
+    assert main.rows == ROWS
+    assert [len(main.of_row(row)) for row in ROWS] == [2, 2, 2, 1, 1]
+    assert len({job.training.key for job in main.scorings}) == len(main.scorings) == 8
+    for name in ("corpus", "train", "val", "sensor"):
+        assert len({getattr(job.training, name) for job in main.scorings}) == 1
+    assert len({job.test for job in main.scorings}) == 1
+    assert [job.training.forest.seed for job in main.of_row("semantic")] == [0, 1]
+    layers = {row: main.of_row(row)[0].training.forest.layer for row in ("rwf_body", "rwf")}
+    assert layers == {"rwf_body": "body", "rwf": "composite"}
+
+
+VARIED = {
+    "context": {"training.corpus.config.scene.is_context_kept"},
+    "unseen_class": {"training.train.rule"},
+    "sensor": {"training.sensor", "sensor"},
+    "frames": {"training.train.n"},
+    "trees": {"n_trees"},
+    "pixels": {"n_pixels"},
+}
+
+
+def leaves(values, prefix=""):
+    for name, value in values.items():
+        yield from leaves(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_conditions_of_a_question_differ_in_what_it_asks_alone(question):
+    conditions = [item for item in make_plan(CONFIG).conditions if item.question == question]
+    first = conditions[0]
+    assert len(conditions) > 1
+    differing = set()
+    for condition in conditions:
+        assert condition.rows == first.rows
+        for job, reference in zip(condition.scorings, first.scorings, strict=True):
+            pairs = zip(leaves(asdict(job)), leaves(asdict(reference)), strict=True)
+            differing |= {name for (name, value), (_, other) in pairs if value != other}
+    assert differing == VARIED[question]
+    assert len({condition.settings for condition in conditions}) == len(conditions)
+
+
+@pytest.mark.parametrize("question", sorted(set(QUESTIONS) - {"unseen_class"}))
+def test_a_question_uses_work_of_the_main_table_again(question):
+    main, *conditions = make_plan(replace(CONFIG, questions=(question,))).conditions
+    known = {job.key for job in main.scorings}
+    is_known = [{job.key for job in condition.scorings} <= known for condition in conditions]
+    assert is_known.count(True) == 1
+
+
+def test_trees_and_pixels_need_no_training():
+    n_main = len(make_plan(replace(CONFIG, questions=())).trainings)
+    assert len(make_plan(replace(CONFIG, questions=("trees", "pixels"))).trainings) == n_main
+
+
+# Settings
+
+
+@pytest.mark.parametrize(
+    ("size", "n_train", "n_test"), [("demo", 250, 100), ("paper", 1110, 440), ("large", 10000, 1000)]
+)
+def test_the_sizes_are_shipped(size, n_train, n_test):
+    config = load_config(size)
+    assert (config.corpus.train_frames, config.corpus.test_frames) == (n_train, n_test)
+    assert replace(config, questions=tuple(QUESTIONS)).questions == tuple(QUESTIONS)
+
+
+def test_the_papers_size_has_the_papers_forests():
+    config = load_config("paper")
+    assert (config.oarf, config.corpus, config.rows) == (OARFConfig(), CorpusConfig(), ROWS)
+
+
+def test_a_file_goes_before_the_size(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("n_seeds = 3\n[corpus]\nseed = 5\n")
+    config, demo = load_config("demo", path), load_config("demo")
+    assert config == replace(demo, n_seeds=3, corpus=replace(demo.corpus, seed=5))
+    assert merged({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}, "d": 4}) == {"a": {"b": 3, "c": 2}, "d": 4}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
+        ("rows = ['rwf', 'kinect']", "'kinect' is unknown; known are baseline"),
+        ("rows = ['rwf', 'rwf']", "must be 1 or more different names"),
+        ("n_seeds = 0", "n_seeds=0 must be at least 1"),
+        ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
+        ("unseen_class = 'bathtub'", "unseen_class 'bathtub' unknown; known are table"),
+        ("sensor = 'eye'", "sensor 'eye' unknown; known are ideal"),
+        ("questions = ['frames']\nframe_counts = [251]", "frame_counts=251 must be in 1..250"),
+        ("[corpus]\ntest_frames = 0", "test_frames=0 must be at least 1"),
+        ("[oarf]\nn_trees = 0", "n_trees=0 must be at least 1"),
+    ],
+)
+def test_wrong_settings_are_one_line_and_touch_nothing(tmp_path, capsys, text, message):
+    path = tmp_path / "wrong.toml"
+    path.write_text(text)
+    assert main(["ablate", "--size", "demo", "--config", str(path), "--out", str(tmp_path / "a")]) == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "a").exists()
+
+
+# Scores
+
+
+def test_scores_of_one_seed_are_those_of_the_metrics():
+    truths = truths_of()
+    results = results_of(truths)
+    weights = draw_frames(len(truths), 40, np.random.default_rng(0))
+    scores = row_scores([results], weights)
+    summary = summarise(results, np.ones(truths.state.shape, bool), weights)
+    for name in MEASURES:
+        measure = summary.measures[name]
+        assert scores[name] == measure.estimate
+        assert scores[f"{name}_ci"] == [measure.low, measure.high]
+        assert scores[f"{name}_by_seed"] == [measure.estimate]
+        assert scores[f"{name}_sd"] is None
+    assert scores["n_joints"] == scores["occluded"]["n_joints"] + scores["non_occluded"]["n_joints"]
+
+
+def test_scores_of_seeds_are_their_mean_and_spread():
+    truths = truths_of()
+    seeds = [results_of(truths, seed=seed, error=0.04 * seed) for seed in (1, 2, 3)]
+    weights = draw_frames(len(truths), 40, np.random.default_rng(0))
+    together = row_scores(seeds, weights)
+    alone = [row_scores([results], weights) for results in seeds]
+    for group in ("", *GROUPS):
+        of_all, of_each = (together[group], [a[group] for a in alone]) if group else (together, alone)
+        values = [scores["map_10cm"] for scores in of_each]
+        assert of_all["map_10cm"] == pytest.approx(np.mean(values))
+        assert of_all["map_10cm_by_seed"] == values
+        assert of_all["map_10cm_sd"] == pytest.approx(np.std(values, ddof=1))
+        low, high = of_all["map_10cm_ci"]
+        assert low <= of_all["map_10cm"] <= high
+
+
+def test_differences_are_of_pairs_that_are_there_and_of_means_over_seeds():
+    truths = truths_of()
+    good, bad = ([results_of(truths, seed=s, error=error) for s in (1, 2)] for error in (0.02, 0.2))
+    documents = pair_scores({"semantic": good, "occluders": bad, "rwf": good[:1]}, Resampling(99))
+    assert list(documents) == ["semantic - occluders", "semantic - rwf"]
+    gap = documents["semantic - occluders"]["map_10cm"]
+    weights = draw_frames(len(truths), 5, np.random.default_rng(0))
+    means = [row_scores(seeds, weights)["accuracy_10cm"] for seeds in (good, bad)]
+    assert documents["semantic - occluders"]["accuracy_10cm"]["estimate"] == pytest.approx(means[0] - means[1])
+    assert 0 < gap["ci"][0] <= gap["estimate"] <= gap["ci"][1]
+    assert gap["p_value"] == pytest.approx(0.01)
+    same = documents["semantic - rwf"]
+    assert (same["n_seeds"], same["map_10cm"]["estimate"], same["map_10cm"]["p_value"]) == (1, 0.0, 1.0)
+
+
+def test_one_training_compares_as_the_metrics_do():
+    truths = truths_of()
+    first, second = (results_of(truths, seed=s, error=error) for s, error in ((1, 0.05), (2, 0.1)))
+    ours = pair_scores({"semantic": [first], "baseline": [second]}, Resampling(30))["semantic - baseline"]
+    theirs = compare(first, second, np.ones(truths.state.shape, bool), np.random.default_rng(0), 30)
+    for name in MEASURES:
+        assert ours[name]["estimate"] == pytest.approx(theirs[name].estimate)
+        assert ours[name]["p_value"] == theirs[name].p_value
+
+
+# A run
+
+
+def run(out, capsys, *options, size="demo"):
+    toml = out.with_name("tiny.toml")
+    toml.write_text(TINY)
+    code = main(["ablate", "--size", size, "--config", str(toml), "--out", str(out), *options])
+    return code, capsys.readouterr()
+
+
+def document_of(out):
+    """ablation.json without times, and without the digests of what holds none."""
+
+    def timeless(value):
+        if isinstance(value, dict):
+            return {name: timeless(item) for name, item in value.items() if not name.startswith("seconds")}
+        return [timeless(item) for item in value] if isinstance(value, list) else value
+
+    return timeless(json.loads((out / "ablation.json").read_text()))
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """An ablation that ran undisturbed with two threads."""
+    out = tmp_path_factory.mktemp("ablation") / "a"
+    toml = out.with_name("tiny.toml")
+    toml.write_text(TINY)
+    words = ["ablate", "--size", "demo", "--config", str(toml), "--out", str(out), "--threads", "2"]
+    assert main([*words, "--questions", "trees", "pixels"]) == 0
+    return out
+
+
+def test_a_run_tells_every_row_group_and_measure(finished):
+    document = document_of(finished)
+    assert list(document["main"]["rows"]) == ["baseline", "occluders", "semantic", "rwf"]
+    for row in document["main"]["rows"].values():
+        assert row["n_frames"] == 6
+        assert len(row["trainings"]) == row["n_seeds"] == len(row["pixels"])
+        for scores in (row, *(row[group] for group in GROUPS)):
+            assert all({name, f"{name}_ci", f"{name}_by_seed", f"{name}_sd"} <= scores.keys() for name in MEASURES)
+    assert list(document["main"]["differences"]) == [
+        "semantic - occluders", "occluders - baseline", "semantic - baseline",
+    ]  # fmt: skip
+    assert document["settings"]["corpus"]["seed"] == 3
+    assert document["corpora"][0]["n_frames"] == {"train": 10, "val": 3, "test": 6}
+    assert [item["settings"] for item in document["questions"]["trees"]] == [{"n_trees": 1}, {"n_trees": 2}]
+    assert (
+        document["questions"]["pixels"][1]["rows"]["semantic"]["map_10cm"]
+        == (document["main"]["rows"]["semantic"]["map_10cm_by_seed"][0])
+    )
+
+
+def test_the_document_names_files_that_are_there_and_fit(finished):
+    document = document_of(finished)
+    corpus = Corpus.open(finished / document["corpora"][0]["folder"])
+    for name, row in document["main"]["rows"].items():
+        for training in row["trainings"]:
+            assert (finished / training["model"]["file"]).is_file()
+            (results,), context = read_results(finished / training["rows"]["file"])
+            assert results.method == context["row"] == name
+            assert context["seed"] == training["seed"]
+            assert context["corpus"]["digest"] == corpus.digest
+            assert (results.truths.frame == corpus.split("test")).all()
+
+
+def test_json_is_one_object_that_equals_the_file(finished, capsys):
+    words = ["ablate", "--size", "demo", "--config", str(finished.with_name("tiny.toml")), "--out", str(finished)]
+    assert main([*words, "--questions", "trees", "pixels", "--json"]) == 0
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    assert json.loads(out) == json.loads((finished / "ablation.json").read_text())
+
+
+def test_the_table_stands_beside_the_papers(finished, capsys):
+    code, captured = run(finished, capsys, "--questions", "trees", "pixels")
+    lines = captured.out.splitlines()
+    assert code == 0
+    for row, paper in (("baseline", "44"), ("occluders", "48"), ("semantic", "54")):
+        assert next(line for line in lines if line.startswith(row)).split()[-1] == paper
+    assert any(line.startswith("semantic - occluders") for line in lines)
+    assert "question: trees" in lines
+
+
+class Killed(BaseException):
+    """What no code catches."""
+
+
+def killed_at(patch, owner, name, n_before, seen=None):
+    """Lets a function work so many times, then ends the run; keeps its arguments in `seen`."""
+    work, n_left = getattr(owner, name), [n_before]
+
+    def do(*args, **kwargs):
+        n_left[0] -= 1
+        if n_left[0] < 0:
+            raise Killed
+        if seen is not None:
+            seen.append((args[0].path, *args[1:2]))
+        return work(*args, **kwargs)
+
+    patch.setattr(owner, name, do)
+
+
+def test_a_killed_run_goes_on_to_the_same_document(finished, tmp_path, capsys, monkeypatch):
+    out, saved = tmp_path / "a", []
+    killed_at(monkeypatch, TreeFolder, "save", 10**6, saved)
+    kept: dict = {}
+    for owner, name, n_before in (
+        (TreeFolder, "save", 3),
+        (ablate_run, "train_model", 2),
+        (ablate_run, "write_results", 3),
+    ):
+        with monkeypatch.context() as patch:
+            killed_at(patch, owner, name, n_before)
+            with pytest.raises(Killed):
+                run(out, capsys, "--questions", "trees", "pixels", "--threads", "1")
+        assert not (out / "ablation.json").exists()
+        files = [
+            path
+            for path in out.rglob("*.*")
+            if path.parent.name in ("models", "rows", "frames") and path.is_file()
+        ]
+        now = {path: path.stat().st_mtime_ns for path in files}
+        assert kept.items() <= now.items()
+        assert len(now) > len(kept)
+        kept = now
+    assert run(out, capsys, "--questions", "trees", "pixels", "--threads", "1")[0] == 0
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    assert len(set(saved)) == len(saved) >= 12
+    assert not list(out.rglob("*.partial"))
+    assert document_of(out) == document_of(finished)
+
+
+def test_a_finished_run_makes_nothing_again(finished, capsys, monkeypatch):
+    for step in ("write_corpus", "train_model", "write_results"):
+        monkeypatch.delattr(ablate_run, step)
+    assert run(finished, capsys, "--questions", "trees", "pixels")[0] == 0
+
+
+def test_selections_keep_a_class_out_and_as_many_frames_in(finished):
+    config = load_config("demo", finished.with_name("tiny.toml"))
+    folder = ResultsFolder(finished)
+    corpus = ablate_run.open_corpus(folder, make_plan(config).corpora[0])
+    for name in ("table", "laptop"):
+        of = {
+            rule: Selection("train", 10, rule, name).of(corpus)
+            for rule in ("all", "without", "showing", "as_many")
+        }
+        shown = {i for i in of["all"] if name in {item.class_name for item in corpus.info(int(i)).objects}}
+        assert set(of["showing"]) <= shown
+        assert set(of["showing"]) | set(of["without"]) == set(of["all"])
+        assert set(of["showing"]).isdisjoint(of["without"])
+        assert len(of["as_many"]) == len(set(of["as_many"])) == len(of["without"])
+    assert (Selection("train", 4).of(corpus) == corpus.split("train")[:4]).all()
