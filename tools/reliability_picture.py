@@ -68,7 +68,7 @@ def panel(found: Reliability, title: str, colour: Sequence[int]) -> NDArray[np.u
     write(image, title, (left, MARGIN - 36), 0.55)
     write(image, f"expected calibration error {found.expected_error:.3f}", (left, MARGIN - 14))
     write(image, "probability given (bars: joints)", (left + 90, floor + 48))
-    write(image, "came true", (8, MARGIN - 14))
+    write(image, "came true", (left + 8, MARGIN + 18))
     return image
 
 

@@ -140,7 +140,7 @@ def _peaks_of_cells(sums: np.ndarray, bandwidth: float, proposals: np.ndarray, d
     if len(sums) == 0:
         return
     origin = np.empty(3, np.float64)
-    heaviest = np.argmax(sums[:, 0])
+    heaviest = int(np.argmax(sums[:, 0]))
     least = LIGHTEST * sums[heaviest, 0]
     n = 0
     for k in range(len(sums)):
