@@ -39,6 +39,7 @@ COMMANDS = {
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
     "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
     "train oarf": Command("pipelines.train", "TrainOarfSettings", "train a regression forest on a corpus"),
+    "train rwf": Command("pipelines.train", "TrainRwfSettings", "train a random walk forest on a corpus"),
     "predict": Command("pipelines.predict", "PredictSettings", "find the joints in depth images, and draw them"),
     "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
     "ablate": Command("pipelines.ablate.command", "AblateSettings", "train and score all methods on one corpus"),

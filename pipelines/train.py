@@ -14,6 +14,7 @@ from forests.frames import LabelTable
 from forests.modelfile import ModelFileError, read_model
 from forests.oarf.config import OARFConfig
 from forests.records import to_json
+from forests.rwf.config import RWFConfig
 from pipelines.checkpoints import TreeFolder, open_trees
 from pipelines.corpus import Corpus
 from pipelines.corpus.header import software_versions
@@ -54,7 +55,18 @@ def _regression_forests() -> ForestKind:
     return ForestKind(train, save_model, Predictor, pack_tree, unpack_tree)
 
 
-KINDS: dict[str, Callable[[], ForestKind]] = {"oarf": _regression_forests}
+def _random_walk_forests() -> ForestKind:
+    from forests.rwf.forest import Walker
+    from forests.rwf.storage import pack_tree, save_model, unpack_tree
+    from forests.rwf.train import train_rwf
+
+    def unpack(arrays: dict[str, np.ndarray], _: LabelTable, config: RWFConfig) -> Any:
+        return unpack_tree(arrays, config.n_clusters)
+
+    return ForestKind(train_rwf, save_model, Walker, pack_tree, unpack)
+
+
+KINDS: dict[str, Callable[[], ForestKind]] = {"oarf": _regression_forests, "rwf": _random_walk_forests}
 
 
 @dataclass(frozen=True)
@@ -166,6 +178,29 @@ class TrainOarfSettings(TrainSettings):
     forest_class = OARFConfig
 
     forest: Annotated[OARFConfig, tyro.conf.arg(name="")] = field(default_factory=OARFConfig)
+
+
+@dataclass(frozen=True)
+class TrainRwfSettings(TrainSettings):
+    """Trains a random walk forest on a corpus' split train and tunes it on val.
+
+    Run again, it goes on after the last finished tree; the same settings give the same bytes.
+
+    Attributes:
+        corpus: Folder of the corpus.
+        out: File of the model.
+        config: TOML file with any of these settings; those on the command line go before it.
+        sensor: Sensor model for the depth; by default clean depth.
+        max_frames: Take so many frames of each split only, evenly spread; 0 takes all.
+        threads: Threads; the model does not depend on it.
+        overwrite: Replace a model that is there, drop trees of another training.
+        forest: How the forest is trained.
+    """
+
+    kind = "rwf"
+    forest_class = RWFConfig
+
+    forest: Annotated[RWFConfig, tyro.conf.arg(name="")] = field(default_factory=RWFConfig)
 
 
 @dataclass(frozen=True)
