@@ -78,6 +78,8 @@ class MocapSettings:
             log.info(
                 "%-5s %5d standing %5d sitting, subjects %s", split, n_standing, n_sitting, " ".join(subjects)
             )
+        for split in sorted(set(SPLITS) - {trial.split for trial in library.trials}):
+            log.warning("no subject was dealt to %s; name some with --%s", split, split)
         log.info("%d poses in %s, digest %s", len(library), self.out, library.digest[:16])
         return 0
 
@@ -126,7 +128,10 @@ def import_mocap(settings: MocapSettings) -> PoseLibrary:
     """
     if not settings.distance >= 0.0:
         raise UserError(f"distance={settings.distance} must not be negative")
+    given = settings.given_splits()
     custom = None if settings.mapping is None else read_mapping(settings.mapping)
+    if not settings.folder.is_dir():
+        raise UserError(f"{settings.folder} is no folder")
     files = sorted(path for path in settings.folder.rglob("*") if path.suffix.lower() == ".bvh")
     if not files:
         raise UserError(f"{settings.folder} has no .bvh files")
@@ -134,7 +139,7 @@ def import_mocap(settings: MocapSettings) -> PoseLibrary:
     refused: list[str] = []
     for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
         try:
-            recordings.append(_read(path, recordings, custom, settings))
+            recordings.append(_read(path, recordings, custom, given, settings))
         except (MocapError, OSError, UnicodeDecodeError) as error:
             refused.append(f"refused: {path} {error}")
     for line in refused:
@@ -194,7 +199,11 @@ def split_of(subject: str, given: Mapping[str, str], seed: int) -> str:
 
 
 def _read(
-    path: Path, earlier: Sequence[Recording], custom: Convention | None, settings: MocapSettings
+    path: Path,
+    earlier: Sequence[Recording],
+    custom: Convention | None,
+    given: Mapping[str, str],
+    settings: MocapSettings,
 ) -> Recording:
     name, subject = trial_and_subject(path)
     for recording in earlier:
@@ -206,7 +215,7 @@ def _read(
     places = joint_places(poses)
     is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
     rows = unlike_poses(places, is_open, settings.distance)
-    trial = Trial(name, subject, split_of(subject, settings.given_splits(), settings.seed), path.name)
+    trial = Trial(name, subject, split_of(subject, given, settings.seed), path.name)
     return Recording(
         _library_of(trial, poses, support, settings).taken(rows),
         places[rows],

@@ -1,0 +1,228 @@
+"""undergrowth import mocap: what is usable is imported, what is not is listed, splits stay apart."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipelines.cli import main
+from pipelines.corpus import Corpus
+from pipelines.importing.mocap import MocapSettings, import_mocap, split_of, trial_and_subject
+from pipelines.verify import faults
+from synth.bodies.mocap.retarget import Retargeted
+from synth.bodies.mocap.roles import CONVENTIONS
+from synth.bodies.mocap.select import joint_places
+from synth.bodies.poselib import read_library
+from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "mocap"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"needs recordings in {DATA}")
+LISTS = ["--train", "01", "--val", "02", "--test", "03"]
+
+
+def recording(phase: float) -> str:
+    """Someone stands and swings the arms, sits down at once, and moves them there."""
+    frames = []
+    for k in range(40):
+        swing = degrees(l_shoulder_flexion=20 + 15 * np.sin(0.4 * k + phase), r_elbow_flexion=2.0 * k)
+        angles = (STAND if k < 20 else SIT) + swing
+        frames.append((angles, standing_root(angles)))
+    return bvh_text(frames)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Three good files among many bad ones."""
+    root = tmp_path_factory.mktemp("mocap")
+    good = recording(0.0)
+    (root / "01_01.bvh").write_text(good)
+    (root / "02_05_any.bvh").write_text(recording(1.0))
+    (root / "sub").mkdir()
+    (root / "sub" / "03_01.BVH").write_text(recording(2.0))
+    (root / "01_01_again.bvh").write_text(good)
+    (root / "a_text.bvh").write_text("once upon a time")
+    (root / "b_bytes.bvh").write_bytes(bytes(range(256)))
+    (root / "c_joints.bvh").write_text(good.replace("LeftUpLeg", "Thigh"))
+    (root / "d_nan.bvh").write_text(good.rstrip().rpartition(" ")[0] + " nan\n")
+    (root / "e_zero.bvh").write_text(good[: good.index("Frames:")] + "Frames: 0\nFrame Time: 0.03\n")
+    (root / "f_cut.bvh").write_text(good[: len(good) // 2])
+    (root / "g_empty.bvh").write_text("")
+    return root
+
+
+@pytest.fixture(scope="module")
+def lib(folder, tmp_path_factory):
+    path = tmp_path_factory.mktemp("lib") / "poses"
+    assert main(["import", "mocap", str(folder), "--out", str(path), *LISTS]) == 0
+    return path
+
+
+def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, capsys):
+    assert main(["import", "mocap", str(folder), "--out", str(tmp_path / "p"), *LISTS]) == 0
+    out = capsys.readouterr().out
+    refused = [line for line in out.splitlines() if line.startswith("refused: ")]
+    for name, reason in [
+        ("01_01_again.bvh", "is trial 01_01 again, which 01_01.bvh gave already"),
+        ("a_text.bvh", "is no BVH file"),
+        ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
+        ("d_nan.bvh", "frame 40 holds NaN"), ("e_zero.bvh", "has 0 frames"), ("f_cut.bvh", "lines of values"),
+        ("g_empty.bvh", "is no BVH file"),
+    ]:  # fmt: skip
+        assert any(name in line and reason in line for line in refused), name
+    assert len(refused) == 8
+    assert {trial.name for trial in read_library(tmp_path / "p").trials} == {"01_01", "02_05", "03_01"}
+
+
+def test_the_library_stands_and_sits_in_every_split(lib):
+    library = read_library(lib)
+    for split in ("train", "val", "test"):
+        assert len(library.rows(split, False)) >= 3
+        assert len(library.rows(split, True)) >= 3
+    assert not (library.frame == 0).any()  # the T-pose
+
+
+def test_no_two_poses_of_a_subject_are_alike(lib):
+    library = read_library(lib)
+    for k in range(3):
+        own = library.trial == k
+        places = joint_places(Retargeted(library.angles[own].astype(float), library.root[own].astype(float)))
+        apart = np.linalg.norm(places[:, None] - places[None], axis=3).max(axis=2)
+        assert (apart + np.eye(len(places)) > 0.06 - 1e-4).all()
+
+
+def test_the_same_files_give_the_same_bytes(folder, lib, tmp_path):
+    assert main(["import", "mocap", str(folder), "--out", str(tmp_path / "p"), *LISTS]) == 0
+    assert (tmp_path / "p").read_bytes() == lib.read_bytes()
+
+
+def test_a_corpus_takes_its_poses_and_records_their_digest(lib, tmp_path, capsys):
+    toml = tmp_path / "s.toml"
+    toml.write_text(
+        f'frames = 9\nposes = "{lib}"\nposes_share = 1.0\nposes_splits = ["test", "val"]\n'
+        '[scene]\ncamera = "custom"\nintrinsics = [160, 120, 142.0, 142.0, 79.5, 59.5]\n'
+    )
+    assert main(["generate", str(tmp_path / "c"), "--config", str(toml)]) == 0
+    corpus = Corpus.open(tmp_path / "c")
+    assert list(faults(corpus)) == []
+    kept = corpus.header.config["poses"]
+    assert kept == {"digest": read_library(lib).digest, "share": 1.0, "splits": ["test", "val"]}
+    infos = [corpus.info(i) for i in range(9)]
+    assert all(info.pose_id.startswith("pose/" if info.split == "train" else "mocap/") for info in infos)
+    assert "poses" not in json.loads((tmp_path / "c" / "corpus.json").read_text())["config"]["scene"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--poses", "none"], "there is no pose library none"),
+        (["--poses", "LIB", "--poses-share", "2"], "share=2.0"),
+        (["--poses", "BROKEN"], "is no pose library or damaged"),
+    ],
+)
+def test_a_library_that_cannot_be_used_is_one_line(lib, tmp_path, capsys, words, message):
+    (tmp_path / "broken").write_bytes(lib.read_bytes()[:300])
+    paths = {"LIB": str(lib), "BROKEN": str(tmp_path / "broken")}
+    assert main(["generate", str(tmp_path / "c"), *(paths.get(word, word) for word in words)]) == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.parametrize(
+    ("files", "words", "message"),
+    [
+        ({}, [], "has no .bvh files"),
+        ({}, ["--mapping", "m.toml"], "cannot read m.toml: No such file"),
+        ({"a.bvh": "no"}, [], "none of the 1 .bvh files"),
+        ({"a.bvh": "no"}, ["--distance", "-1"], "distance=-1.0 must not be negative"),
+        ({"a.bvh": "no"}, ["--train", "7", "--test", "7"], "subject 7 is listed for train and for test"),
+        (
+            {"a.bvh": "no", "m.toml": "[joint]"},
+            ["--mapping", "m.toml"],
+            r"must have one table, [joints]; it has joint",
+        ),
+        (
+            {"a.bvh": "no", "m.toml": "[joints]\nknee = 'x'"},
+            ["--mapping", "m.toml"],
+            "unknown roles knee; known are",
+        ),
+        ({"a.bvh": "no", "m.toml": "[joints]\nhips = 3"}, ["--mapping", "m.toml"], "hips=3 must be the name of"),
+    ],
+)
+def test_what_cannot_be_imported_at_all_is_one_line(tmp_path, monkeypatch, capsys, files, words, message):
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", "mocap", ".", "--out", "p", *words]) == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "p").exists()
+
+
+def test_an_unknown_kind_of_import_lists_the_known(capsys):
+    assert main(["import", "songs"]) == 2
+    assert "unknown command 'import songs'; known are" in capsys.readouterr().err
+
+
+def test_a_mapping_reads_joints_of_any_name(folder, lib, tmp_path):
+    names = {}
+    text = (folder / "01_01.bvh").read_text()
+    for role, name in CONVENTIONS[1].joints.items():
+        text = text.replace(f" {name}\n", f" x{role}\n")
+        names[role] = f"x{role}"
+    (tmp_path / "01_01.bvh").write_text(text)
+    (tmp_path / "mine.toml").write_text("[joints]\n" + "\n".join(f'{r} = "{n}"' for r, n in names.items()))
+    settings = MocapSettings(tmp_path, tmp_path / "p", tmp_path / "mine.toml", train=("01",))
+    mapped, known = import_mocap(settings), read_library(lib)
+    assert np.array_equal(mapped.angles, known.angles[known.trial == 0])
+
+
+def test_subjects_are_dealt_out_each_on_its_own_and_lists_go_first():
+    dealt = {str(k): split_of(str(k), {}, 0) for k in range(2000)}
+    shares = {split: sum(s == split for s in dealt.values()) / 2000 for split in ("train", "val", "test")}
+    assert shares == pytest.approx({"train": 0.7, "val": 0.1, "test": 0.2}, abs=0.03)
+    assert split_of("5", {"5": "val"}, 0) == "val"
+    assert dealt != {str(k): split_of(str(k), {}, 1) for k in range(2000)}
+
+
+@pytest.mark.parametrize(
+    ("path", "names"),
+    [
+        ("x/02_06.bvh", ("02_06", "02")),
+        ("x/02_06_daz.bvh", ("02_06", "02")),
+        ("/d/anna/walk.bvh", ("anna_walk", "anna")),
+        ("/d/anna/2_walk.bvh", ("anna_2_walk", "anna")),
+    ],
+)  # fmt: skip
+def test_names_of_recordings_and_subjects(path, names):
+    assert trial_and_subject(Path(path)) == names
+
+
+@needs_data
+def test_the_same_trial_in_two_conventions_gives_nearly_the_same_poses():
+    from synth.bodies.mocap.bvh import parse_bvh
+    from synth.bodies.mocap.retarget import retarget
+    from synth.bodies.mocap.source import read_source
+
+    for trial in ("02_06", "05_12", "12_01"):
+        a, b = (
+            joint_places(retarget(read_source(parse_bvh((DATA / f"{trial}_{kind}.bvh").read_text()))))[1:]
+            for kind in ("daz", "mb")
+        )
+        assert np.median(np.linalg.norm(a - b, axis=2)) < 0.02
+
+
+@needs_data
+def test_people_on_stools_sit_and_people_who_walk_stand(tmp_path):
+    for name in ("13_01_daz", "14_31_daz", "12_01_daz"):
+        (tmp_path / f"{name}.bvh").write_bytes((DATA / f"{name}.bvh").read_bytes())
+    library = import_mocap(MocapSettings(tmp_path, tmp_path / "p"))
+    share = {
+        trial.name: float(library.is_sitting[library.trial == k].mean()) for k, trial in enumerate(library.trials)
+    }
+    assert share["12_01"] == 0.0
+    assert share["13_01"] > 0.1
+    assert share["14_31"] > 0.2
