@@ -19,7 +19,8 @@ WITHIN_M = 0.1
 STEPS_M = (0.02, 0.03, 0.045, 0.065, 0.09, 0.12)
 DECAYS = (0.95, 1.0)
 ARRIVING_SHARES = (0.25, 0.5, 0.75)
-CLUSTERS = (1, 2, 4)
+CLUSTERS = (2, 3, 4, 8)
+"""With one alone, walks side by side would be the same walk."""
 _RIDGE = 1e-2
 
 

@@ -1,0 +1,191 @@
+"""Random walks: frames a second on one core, and accuracy against steps, clusters, limbs and the start's offset.
+
+python benchmarks/bench_walk.py [--model FILE] [--corpus DIR] [--split val] [--frames 200] [--seed 0]
+
+Without a model, one is trained on the corpus; without a corpus, a small one is made first.
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).parents[1])]
+
+from forests.rwf.config import UPPER_BODY, RWFConfig  # noqa: E402
+from forests.rwf.forest import Walker  # noqa: E402
+from forests.rwf.model import Limbs, RWFModel, walk_tables  # noqa: E402
+from forests.rwf.start import upper_body_box  # noqa: E402
+from forests.rwf.storage import load_model  # noqa: E402
+from forests.rwf.train import BOX_MARGIN_M, train_rwf  # noqa: E402
+from forests.rwf.tuning import WITHIN_M, View, views_of  # noqa: E402
+from pipelines.corpus import Corpus  # noqa: E402
+from pipelines.corpus.sequence import CorpusFrames  # noqa: E402
+from pipelines.generate import GenerateSettings  # noqa: E402
+from synth.camera import Camera  # noqa: E402
+from tests import reference_forests_rwf as reference  # noqa: E402
+
+N_ROUNDS = 5
+N_SLOW_FRAMES = 3
+OFFSETS_M = (0.0, 0.1, 0.2, 0.3, 0.4)
+
+
+def cpu_of(call):
+    start = time.thread_time()
+    call()
+    return time.thread_time() - start
+
+
+def upper_body(model: RWFModel) -> RWFModel:
+    """The nine joints of the upper body alone."""
+    keep = np.array([name in UPPER_BODY for name in model.joints])
+    n = int(keep.sum())
+    if not keep[:n].all():
+        raise ValueError(f"the upper body's joints must come first, not {', '.join(model.joints)}")
+    plan = model.plan
+    cut = {name: getattr(plan, name)[:n] for name in ("start_from", "step_m", "decay", "n_arriving", "gate_m")}
+    plan = plan._replace(order=plan.order[plan.order < n], **cut)
+    limbs = Limbs(model.limbs.parent[:n], model.limbs.length_m[:n])
+    return replace(
+        model,
+        joints=model.joints[:n],
+        experts=model.experts[:n],
+        plan=plan,
+        limbs=limbs,
+        within_weights=model.within_weights[:n],
+    )
+
+
+def time_frames(model: RWFModel, images: list, boxes: list, camera: Camera) -> float:
+    """CPU seconds a frame, from image and box to joints, best of some rounds over different frames."""
+    walker = Walker(model)
+
+    def ask_all():
+        for image, box in zip(images, boxes, strict=True):
+            walker.predict(image, camera, box=box)
+
+    ask_all()
+    return min(cpu_of(ask_all) for _ in range(N_ROUNDS)) / len(images)
+
+
+def time_twin(model: RWFModel, views: list[View]) -> float:
+    """CPU seconds a frame of the slow twin."""
+    tables = walk_tables(model.experts, model.plan.n_clusters)
+
+    def ask_all():
+        for view in views[:N_SLOW_FRAMES]:
+            ends = {-1: view.start}
+            for joint in model.plan.order.tolist():
+                start = ends[int(model.plan.start_from[joint])]
+                paths = [
+                    reference.walk(view.depth, view.intrinsics, tables, model.plan, joint, 0, walk, start)
+                    for walk in range(model.plan.n_walks)
+                ]
+                ends[joint] = np.mean([path[1 + model.plan.n_arriving[joint] :] for path in paths], axis=(0, 1))
+
+    return cpu_of(ask_all) / N_SLOW_FRAMES
+
+
+def score(
+    model: RWFModel, views: list[View], is_occluded: np.ndarray, offset_m=0.0, seed=0, is_fitted=True
+) -> str:
+    """Shares of the joints within 10 cm, and the mean error, from starts moved sideways."""
+    walker = Walker(model, is_fitted)
+    rng = np.random.default_rng(seed)
+    error = np.empty((len(views), len(model.joints)))
+    for i, view in enumerate(views):
+        angle = rng.uniform(0, 2 * np.pi)
+        moved = view.start + np.float32([offset_m * np.cos(angle), offset_m * np.sin(angle), 0])
+        fx, fy, cx, cy = (float(v) for v in view.intrinsics)
+        camera = Camera(view.depth.shape[1], view.depth.shape[0], fx, fy, cx, cy)
+        joints, _ = walker.walk(view.depth, camera, moved.astype(np.float32))
+        error[i] = np.linalg.norm(joints - view.joints, axis=1)
+    is_within = error <= WITHIN_M
+    shares = (100 * is_within.mean(), 100 * is_within[~is_occluded].mean(), 100 * is_within[is_occluded].mean())
+    upper = 100 * is_within[:, :9].mean()
+    return "{:5.1f} % ({:.1f} seen, {:.1f} hidden; upper {:.1f}), mean {:.1f} cm".format(
+        *shares, upper, 100 * error.mean()
+    )
+
+
+def report_speed(model: RWFModel, frames: CorpusFrames, views: list[View]) -> None:
+    shown = [frames[i] for i in range(min(len(frames), 100))]
+    places = [frames.labels.joints.index(name) for name in model.config.box_joints]
+    boxes = [upper_body_box(frame.joints[places], frame.camera, BOX_MARGIN_M) for frame in shown]
+    images, camera = [frame.depth for frame in shown], shown[0].camera
+    walker = Walker(model)
+    first = cpu_of(lambda: walker.predict(images[0], camera, box=boxes[0]))
+    print(f"compile, or load from the cache {first:6.2f} s")
+    for part in (upper_body(model), model):
+        seconds = time_frames(part, images, boxes, camera)
+        again = time_frames(part, images[:1] * 100, boxes[:1] * 100, camera)
+        twin = time_twin(part, views)
+        print(
+            f"{len(part.joints):2d} joints: {1 / seconds:6.0f} frames/s on one core ({1e6 * seconds:.0f} us; "
+            f"one frame again and again {1e6 * again:.0f} us), {twin / seconds:.0f} times as fast as the slow twin"
+        )
+
+
+def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray, seed: int) -> None:
+    print(f"within 10 cm, {len(views)} frames, {len(model.joints)} joints")
+    print(f"as trained                {score(model, views, is_occluded)}")
+    print(f"limbs as they come        {score(model, views, is_occluded, is_fitted=False)}")
+    for offset in OFFSETS_M:
+        print(f"start off by {100 * offset:3.0f} cm       {score(model, views, is_occluded, offset, seed)}")
+    plan = model.plan
+    for n_walks in (1, 2, 4, 8, 16):
+        changed = replace(model, plan=plan._replace(n_walks=n_walks))
+        print(f"{n_walks:3d} walks                 {score(changed, views, is_occluded)}")
+    for n_steps in sorted({max(plan.n_steps * k // 4, 1) for k in (2, 3, 4, 6)}):
+        # As long a way in other steps, as many of them not counted in proportion.
+        ratio = plan.n_steps / n_steps
+        arriving = np.minimum(plan.n_arriving / ratio, n_steps - 1).astype(np.int32)
+        changed = plan._replace(n_steps=n_steps, step_m=plan.step_m * np.float32(ratio), n_arriving=arriving)
+        print(f"{n_steps:3d} steps                 {score(replace(model, plan=changed), views, is_occluded)}")
+    for n_clusters in range(1, model.config.n_clusters + 1):
+        changed = replace(model, plan=plan._replace(n_clusters=n_clusters))
+        print(f"{n_clusters:3d} clusters              {score(changed, views, is_occluded)}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--model", type=Path)
+    parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--split", default="val")
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path = options.corpus
+        if path is None:
+            path = Path(folder) / "corpus"
+            GenerateSettings(out=path, frames=400).run()
+        corpus = Corpus.open(path)
+        numbers = corpus.split(options.split)
+        frames = CorpusFrames(corpus, numbers[np.linspace(0, len(numbers) - 1, options.frames).astype(int)])
+        if options.model:
+            model = load_model(options.model)
+        else:
+            begun, cpu = time.perf_counter(), time.process_time()
+            training = CorpusFrames(corpus, corpus.split("train"))
+            model = train_rwf(
+                training, RWFConfig(), validation=CorpusFrames(corpus, corpus.split("val")), n_threads=2
+            )
+            print(
+                f"trained on {len(training)} frames in {time.perf_counter() - begun:.0f} s, "
+                f"{time.process_time() - cpu:.0f} CPU s"
+            )
+        views = views_of(frames, model.joints, model.config.box_joints, BOX_MARGIN_M)
+        is_occluded = np.stack([frames[i].is_occluded for i in range(len(frames))])
+        if len(views) < len(frames):
+            raise ValueError("some frames show nothing")
+        report_speed(model, frames, views)
+        report_accuracy(model, views, is_occluded, options.seed)
+
+
+if __name__ == "__main__":
+    main()
