@@ -1,5 +1,7 @@
 """Pictures of what a forest found: the skeleton over the depth, and the labels of pixels beside it."""
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +24,25 @@ _MARGIN = 0.06
 _SIDES = {"r": (0, 110, 230), "l": (235, 180, 70)}
 """Orange for the person's right, blue for the left (BGR)."""
 _OUTLINE = (20, 18, 16)
+_PAD = cv2.BORDER_CONSTANT
+_LEAST_SHARE = 0.01
+"""Classes of fewer pixels, as a share of all, are not named."""
+
+
+class PixelLabels(NamedTuple):
+    """What a model calls the pixels.
+
+    Attributes:
+        labels: (height, width) class + 1, 0 = nothing.
+        classes: Names of the classes.
+    """
+
+    labels: NDArray[np.uint8]
+    classes: tuple[str, ...]
 
 
 def overlay(
-    depth: NDArray[np.uint16], estimate: JointEstimate, joints: tuple[str, ...], labels: Picture | None = None
+    depth: NDArray[np.uint16], estimate: JointEstimate, joints: tuple[str, ...], pixels: PixelLabels | None = None
 ) -> Picture:
     """Draws one image's answer, cut to what it shows.
 
@@ -33,18 +50,20 @@ def overlay(
         depth: (height, width) uint16 [mm], 0 = nothing; at least one pixel is not.
         estimate: The joints.
         joints: Their names.
-        labels: (height, width, 3) colours of the labels of pixels, drawn beside it.
+        pixels: Drawn beside it if given.
     """
     window, scale = _window(depth)
     places = scale * (estimate.joints_2d.astype(np.float64) + 0.5 - [window[1].start, window[0].start])
     left = _resized(_grey(depth)[window], scale, cv2.INTER_LINEAR)
     draw_skeleton(left, places, estimate, joints)
-    panels = [left]
-    if labels is not None:
+    panels, captions = [left], [_marks_caption()]
+    if pixels is not None:
         panels += [np.full((len(left), GAP, 3), palette.PAPER, np.uint8)]
-        panels += [_resized(labels[window], scale, cv2.INTER_NEAREST)]
-    picture = np.hstack(panels)
-    return np.vstack([picture, _caption(picture.shape[1])])
+        panels += [_resized(label_colours(*pixels)[window], scale, cv2.INTER_NEAREST)]
+        captions.append(_classes_caption(pixels))
+    rows = [np.hstack(panels), *captions]
+    width = max(row.shape[1] for row in rows)
+    return np.vstack([cv2.copyMakeBorder(r, 0, 0, 0, width - r.shape[1], _PAD, value=palette.PAPER) for r in rows])
 
 
 def label_colours(labels: NDArray[np.uint8], classes: tuple[str, ...]) -> Picture:
@@ -129,9 +148,9 @@ def _resized(picture: Picture, scale: float, way: int) -> Picture:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else way), np.uint8)
 
 
-def _caption(width: int) -> Picture:
-    """What the marks mean, as far as there is room."""
-    out = np.full((CAPTION_HEIGHT, width, 3), palette.PAPER, np.uint8)
+def _marks_caption() -> Picture:
+    """What the marks of joints mean."""
+    out = _blank_caption()
     y, x = CAPTION_HEIGHT // 2, 14
     for words, colour, radius, is_hidden in (
         ("seen", palette.INK, 7, False),
@@ -141,9 +160,33 @@ def _caption(width: int) -> Picture:
         ("left", _SIDES["l"], 7, False),
     ):
         _draw_joint(out, (x, y), colour, radius, is_hidden)
-        cv2.putText(out, words, (x + 13, y + 4), FONT, 0.42, palette.INK, 1, cv2.LINE_AA)
-        x += 13 + cv2.getTextSize(words, FONT, 0.42, 1)[0][0] + 22
-    return out
+        x = _write(out, words, x + 13) + 22
+    return out[:, :x]
+
+
+def _classes_caption(pixels: PixelLabels) -> Picture:
+    """Names of the classes of objects that the picture shows."""
+    out, x = _blank_caption(), 7
+    count = np.bincount(pixels.labels.ravel(), minlength=len(pixels.classes) + 1)
+    least = _LEAST_SHARE * count[1:].sum()
+    for number, name in enumerate(pixels.classes, start=1):
+        if name in PART_NAMES or count[number] <= least:
+            continue
+        colour = label_colours(np.array([[number]], np.uint8), pixels.classes)[0, 0].tolist()
+        cv2.rectangle(out, (x, 6), (x + 13, 19), colour, -1)
+        x = _write(out, name, x + 20) + 22
+    x = _write(out, "parts: left light, right deep", x)
+    return out[:, : x + 8]
+
+
+def _blank_caption() -> Picture:
+    return np.full((CAPTION_HEIGHT, 1200, 3), palette.PAPER, np.uint8)
+
+
+def _write(picture: Picture, words: str, x: int) -> int:
+    """Writes into a caption and returns where the words end."""
+    cv2.putText(picture, words, (x, CAPTION_HEIGHT // 2 + 4), FONT, 0.42, palette.INK, 1, cv2.LINE_AA)
+    return x + cv2.getTextSize(words, FONT, 0.42, 1)[0][0]
 
 
 def _pixel(place: NDArray[np.float64]) -> tuple[int, int]:

@@ -20,7 +20,7 @@ from pipelines.corpus.header import write_atomically
 from pipelines.depthfile import read_depth
 from pipelines.errors import UserError
 from pipelines.evaluate import load_contestant
-from pipelines.overlay import label_colours, overlay
+from pipelines.overlay import PixelLabels, overlay
 from pipelines.predictions import Contestant, PixelLabeller
 from synth.render.presets import camera as preset
 
@@ -204,7 +204,7 @@ def picture(
     if contestant.classes is None:
         return overlay(depth, estimate, contestant.joints)
     labels = cast("PixelLabeller", contestant.predictor).label_pixels(depth, camera)
-    return overlay(depth, estimate, contestant.joints, label_colours(labels, contestant.classes.names))
+    return overlay(depth, estimate, contestant.joints, PixelLabels(labels, contestant.classes.names))
 
 
 def _place(values: NDArray[np.float32]) -> list[float | None] | None:

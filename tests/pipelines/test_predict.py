@@ -2,7 +2,6 @@
 
 import io
 import json
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from forests.oarf.storage import load_model, save_model
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.inspect import palette
-from pipelines.overlay import PANEL_HEIGHT, label_colours, overlay
+from pipelines.overlay import PANEL_HEIGHT, PixelLabels, label_colours, overlay
 from pipelines.predict import joint_values
 from synth.vocabulary import JOINT_NAMES, N_JOINTS, PART
 
@@ -248,9 +247,13 @@ def test_pixels_have_the_colours_of_contact_sheets():
     assert np.array_equal(colours[3], palette.FAINT)
 
 
-def test_a_model_without_pixel_labels_is_drawn_alone(toy_corpus):
+def test_labels_of_pixels_are_drawn_beside_the_depth(toy_corpus):
     depth = toy_corpus.arrays("depth", [5])[0]
-    labels = np.zeros((*depth.shape, 3), np.uint8)
+    labels = (depth > 0).astype(np.uint8) * 2
     alone = overlay(depth, estimate_of((0, 0, 2), 0.1), JOINT_NAMES)
-    beside = overlay(depth, replace(estimate_of((0, 0, 2), 0.1)), JOINT_NAMES, labels)
-    assert beside.shape[1] > 1.9 * alone.shape[1]
+    beside = overlay(depth, estimate_of((0, 0, 2), 0.1), JOINT_NAMES, PixelLabels(labels, ("neck", "table")))
+    width = alone.shape[1]
+    assert np.array_equal(beside[:100, :width], alone[:100])
+    assert beside.shape[1] > 1.9 * width
+    right = beside[: PANEL_HEIGHT // 2, width:]
+    assert (right == palette.CLASS_COLOURS[1]).all(axis=2).mean() > 0.3

@@ -1,5 +1,6 @@
 """undergrowth train: a model as a user makes it, gone on with after a stop, the same to the byte."""
 
+import json
 import os
 import signal
 
@@ -184,3 +185,19 @@ def test_wrong_files_are_one_line(toy_corpus, tmp_path, capsys, text, message):
 def test_a_folder_that_is_no_corpus_is_told(tmp_path, capsys):
     assert main(["train", "oarf", str(tmp_path), "--out", str(tmp_path / "m")]) == 1
     assert "is no corpus" in error_line(capsys)
+
+
+def test_a_random_walk_forest_is_trained_stopped_and_asked(toy_corpus, tmp_path, monkeypatch, capsys):
+    words = ["train", "rwf", str(toy_corpus.path), "--max-frames", "20", "--n-points", "20", "--joints", "neck",
+             "head", "--growth.max-depth", "4", "--growth.n-candidates", "20", "--n-trees", "2"]  # fmt: skip
+    whole, out = tmp_path / "whole", tmp_path / "stopped"
+    assert main([*words, "--out", str(whole)]) == 0
+    with monkeypatch.context() as patch:
+        stop_after_second_tree(patch, interrupt)
+        assert main([*words, "--out", str(out)]) == 130
+    assert main([*words, "--out", str(out), "--threads", "2"]) == 0
+    assert "going on after 2 trees" in capsys.readouterr().out
+    assert out.read_bytes() == whole.read_bytes()
+    asked = ["predict", str(out), "--corpus", str(toy_corpus.path), "--frame", "190", "--out", str(tmp_path)]
+    assert main(asked) == 0
+    assert list(json.loads((tmp_path / "frame_000190.json").read_text())["joints"]) == ["head", "neck"]
