@@ -12,6 +12,7 @@ WRITES = {
     "02_one_frame.py": ["clean.png", "kinect_v1.png"],
     "03_own_objects.py": [],
     "04_read_a_corpus.py": ["corpus.json", "manifest.jsonl"],
+    "05_train_forest.py": ["forest.safetensors", "joints.png"],
 }
 
 
