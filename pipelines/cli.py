@@ -43,6 +43,7 @@ COMMANDS = {
     "predict": Command("pipelines.predict", "PredictSettings", "find the joints in depth images, and draw them"),
     "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
     "ablate": Command("pipelines.ablate.command", "AblateSettings", "train and score all methods on one corpus"),
+    "report": Command("pipelines.report.command", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
 }

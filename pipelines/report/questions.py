@@ -1,0 +1,109 @@
+"""The section of further questions: their conditions side by side."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
+from pipelines.report.markup import Section, figures, left_out, legend, paragraph, table
+from pipelines.report.methods import METHODS, pair_name
+from pipelines.report.source import Source
+from pipelines.report.text import NOTHING, difference, measured
+
+_TITLES: Mapping[str, str] = {
+    "context": "Does the gain need the relation of object and pose?",
+    "unseen_class": "Does it hold for a class of objects that was never seen?",
+    "sensor": "Does it hold under a sensor's noise?",
+    "frames": "How does it grow with training frames?",
+    "trees": "How does it grow with trees?",
+    "pixels": "How does it grow with voting pixels?",
+}
+_SETTINGS: Mapping[str, str] = {
+    "is_context_kept": "relation kept",
+    "class": "class",
+    "is_seen_in_training": "seen in training",
+    "in_training": "in training",
+    "in_test": "in test",
+    "n_train_frames": "training frames",
+    "n_trees": "trees",
+    "n_voting_pixels": "voting pixels",
+}
+_PAIRS = ("semantic - occluders", "semantic - baseline")
+_MEASURE = "map_10cm"
+Condition = Mapping[str, Any]
+
+
+def questions_section(source: Source) -> Section:
+    """What else was asked, each question with a table of its conditions, and a chart if they are numbers."""
+    title = "Further questions"
+    asked = {name: conditions for name, conditions in source.document["questions"].items() if conditions}
+    if not asked:
+        return left_out("questions", title, "the ablation asked none")
+    n_seeds = source.document["settings"]["n_question_seeds"]
+    notes = (
+        f"Conditions of a question differ in nothing else. Mean average precision at 10 cm [%], {n_seeds} "
+        f"{'training' if n_seeds == 1 else 'trainings'} each; brackets are 95 % intervals over test frames."
+    )
+    return Section("questions", title, paragraph(notes) + "".join(_question(name, asked[name]) for name in asked))
+
+
+def _question(name: str, conditions: Sequence[Condition]) -> str:
+    settings = list(conditions[0]["settings"])
+    rows = [row for row in METHODS if row in conditions[0]["rows"]]
+    pairs = [pair for pair in _PAIRS if pair in conditions[0]["differences"]]
+    tables = []
+    groups: tuple[tuple[str, str, Callable[[Mapping], Mapping]], ...] = (
+        ("all", "All joints", lambda scores: scores),
+        ("occluded", "Occluded joints", lambda scores: scores["occluded"]),
+    )
+    for group, words, of in groups:
+        body = (
+            [
+                *(_setting(condition["settings"][key]) for key in settings),
+                str(next(iter(condition["rows"].values()))["n_frames"]),
+                *(measured(of(condition["rows"][row]), _MEASURE) for row in rows),
+                *(_gap(condition, pair, of) for pair in pairs),
+            ]
+            for condition in conditions
+        )
+        names = [METHODS[row].name for row in rows] + [pair_name(pair) for pair in pairs]
+        headings = [*(_SETTINGS.get(key, key) for key in settings), "test frames", *names]
+        tables.append(table(f"question-{name}-{group}", words, headings, body))
+    return f"<h3>{_TITLES.get(name, name)}</h3>{_charts(conditions, settings, rows)}{''.join(tables)}"
+
+
+def _gap(condition: Condition, pair: str, of: Callable[[Mapping], Mapping]) -> str:
+    return (
+        difference(of(condition["differences"][pair]), _MEASURE) if pair in condition["differences"] else NOTHING
+    )
+
+
+def _setting(value: str | float | bool | None) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "clean" if value is None else f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def _charts(conditions: Sequence[Condition], settings: Sequence[str], rows: Sequence[str]) -> str:
+    """Curves over the one setting, if it is a number."""
+    values = [condition["settings"][settings[0]] for condition in conditions]
+    if len(settings) > 1 or len(set(values)) < 2 or any(type(value) is not int for value in values):
+        return ""
+    x = Axis(_SETTINGS.get(settings[0], settings[0]), min(values), max(values), tuple(values), is_log=True)
+    charts = []
+    for group, words in {"": "All joints", "occluded": "Occluded joints"}.items():
+        series = [
+            Series(METHODS[row], tuple(_point(condition, settings[0], row, group) for condition in conditions))
+            for row in rows
+        ]
+        ends = [end for item in series for point in item.points for end in (point.low, point.high, point.y)]
+        y = round_axis("mean average precision [%]", ends, (0.0, 10.0))
+        charts.append((words, line_chart(f"{words}, by {x.label}", series, x, y)))
+    return figures(charts, legend(METHODS[row] for row in rows))
+
+
+def _point(condition: Condition, setting: str, row: str, group: str) -> Point:
+    scores = condition["rows"][row]
+    scores = scores[group] if group else scores
+    ends = scores[f"{_MEASURE}_ci"] or (None, None)
+    values = (None if value is None else 100.0 * value for value in (scores[_MEASURE], *ends))
+    return Point(condition["settings"][setting], *values)
