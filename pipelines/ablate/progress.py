@@ -12,15 +12,15 @@ Job = CorpusJob | TrainingJob | ScoringJob
 SetShare = Callable[[float], object]
 """Told the share of a piece of work that is done, 0..1."""
 
-_FRAME_S = 0.06
+_FRAME_S = 0.015
 """To make a frame."""
-_SAMPLE_S = 20e-6
+_SAMPLE_S = 10e-6
 """To train a tree of a regression forest, by sample."""
-_POINT_S = 25e-6
+_POINT_S = 10e-6
 """To train a tree of a random walk forest, by point."""
-_VAL_FRAME_S = 0.1
+_VAL_FRAME_S = 0.05
 """To tune on a frame."""
-_TEST_FRAME_S = 0.02
+_TEST_FRAME_S = 0.01
 """To score a frame."""
 
 

@@ -44,7 +44,7 @@ def _cell(values: Mapping) -> str:
 
 def _difference_lines(differences: Mapping) -> Iterator[str]:
     for name, difference in differences.items():
-        cells = "".join(f"{_gap(difference[group] if group else difference):>30}" for group in _GROUPS)
+        cells = "".join(f"{_gap(difference[group] if group else difference):>32}" for group in _GROUPS)
         yield f"{name:<22}{cells}"
 
 
@@ -53,4 +53,5 @@ def _gap(values: Mapping) -> str:
     if gap["estimate"] is None or None in gap["ci"]:
         return "-"
     low, high = gap["ci"]
-    return f"{100 * gap['estimate']:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}] p {gap['p_value']:.3f}"
+    p_value = "p < 0.001" if gap["p_value"] < 0.001 else f"p = {gap['p_value']:.3f}"
+    return f"{100 * gap['estimate']:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}] {p_value}"
