@@ -9,6 +9,7 @@ from typing import Literal, get_args
 
 from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
+from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
 from synth.render.sensors import SENSOR_NAMES
 from synth.scene import SceneConfig
@@ -130,8 +131,15 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
 
 
 def asked(config: AblationConfig, questions: tuple[Question, ...]) -> AblationConfig:
-    """The same with other questions, if any are given."""
-    return replace(config, questions=questions) if questions else config
+    """The same with other questions, if any are given.
+
+    Raises:
+        UserError: A question's settings do not fit the rest.
+    """
+    try:
+        return replace(config, questions=questions) if questions else config
+    except ValueError as error:
+        raise UserError(str(error)) from None
 
 
 def merged(table: Mapping[str, object], over: Mapping[str, object]) -> dict[str, object]:

@@ -230,6 +230,14 @@ def test_wrong_settings_are_one_line_and_touch_nothing(tmp_path, capsys, text, m
     assert not (tmp_path / "a").exists()
 
 
+def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text("tree_counts = [1, 99]")
+    words = ["ablate", "--size", "demo", "--config", str(path), "--out", str(tmp_path / "a")]
+    assert main([*words, "--questions", "trees"]) == 1
+    assert capsys.readouterr().err == "undergrowth: error: tree_counts=99 must be in 1..2\n"
+
+
 # Scores
 
 
