@@ -33,7 +33,7 @@ class OARFConfig:
     n_occluder_pixels: int = 1000
     leaf_bandwidth_m: float = 0.05
     n_modes: int = 2
-    n_voting_pixels: int = 1000
+    n_voting_pixels: int = 500
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
     def __post_init__(self) -> None:
