@@ -48,11 +48,25 @@ def camera_at(azimuth: float, height: float) -> NDArray[np.float64]:
     return look_at(eye, (0.0, 0.0, height))
 
 
+def with_straight_rest(source: Source, frame: int) -> NDArray[np.float64]:
+    """(n_roles, 3) joints of a frame, each limb as it has turned since the T-pose: what is retargeted."""
+    old, points = source.position[frame], source.position[frame].copy()
+    for k, side in enumerate("lr"):
+        for limb, (start, end) in enumerate(
+            (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+        ):
+            a, b = source.joints[f"{side}_{start}"], source.joints[f"{side}_{end}"]
+            points[b] = points[a] + np.linalg.norm(old[b] - old[a]) * source.limb[frame, k, limb]
+        ankle, toe = source.joints[f"{side}_ankle"], source.joints[f"{side}_toe"]
+        points[toe] = points[ankle] + old[toe] - old[ankle]
+    return points
+
+
 def stick_figure(source: Source, frame: int, T_world_camera: NDArray[np.float64]) -> NDArray[np.uint8]:
     """(height, width, 3) the recording, turned to face x; the left side is red, the right one green."""
     heading = float(heading_of(source.pelvis[frame : frame + 1])[0])
     c, s = np.cos(-heading), np.sin(-heading)
-    points = source.position[frame] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    points = with_straight_rest(source, frame) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     root = points[source.joints["hips"]]
     points = points - (root[0], root[1], source.position[:, :, 2].min())
     uv = CAMERA.project(transform_points(inverse(T_world_camera), points))
