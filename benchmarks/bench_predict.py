@@ -3,7 +3,7 @@
 The peer of the descent is scikit-learn's `apply` on as many trees, with features computed beforehand; that of mean
 shift is the exact one, from the ten densest votes.
 
-Run: python benchmarks/bench_predict.py --corpus DIR [--training-frames 300] [--frames 60]
+Run: python benchmarks/bench_predict.py --corpus DIR [--model FILE | --training-frames 300] [--frames 60]
 """
 
 import argparse
@@ -22,6 +22,7 @@ from forests.oarf.config import OARFConfig
 from forests.oarf.forest import train
 from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
+from forests.oarf.storage import load_model
 from forests.oarf.vote import Votes
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
@@ -137,11 +138,12 @@ def print_closeness(predictor: Predictor, frames: Sequence[DepthFrame]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--corpus", type=Path, required=True)
+    parser.add_argument("--model", type=Path)
     parser.add_argument("--training-frames", type=int, default=300)
     parser.add_argument("--frames", type=int, default=60)
     options = parser.parse_args()
     corpus = Corpus.open(options.corpus)
-    model = trained(corpus, options.training_frames)
+    model = load_model(options.model) if options.model else trained(corpus, options.training_frames)
     test = CorpusFrames(corpus, corpus.split("test"))
     frames = [test[i] for i in range(0, len(test), max(1, len(test) // options.frames))]
     report(model, frames)
