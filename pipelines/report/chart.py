@@ -10,7 +10,9 @@ from pipelines.report.text import MINUS, escape
 
 WIDTH = 380.0
 """Of every chart, in the units of its text's 12."""
-_TOP, _RIGHT, _BOTTOM, _TEXT = 10.0, 14.0, 42.0, 12.0
+_TOP, _RIGHT, _BOTTOM = 10.0, 14.0, 42.0
+_DODGE = 4.0
+"""Between whiskers at the same place."""
 
 
 class Point(NamedTuple):
@@ -108,14 +110,16 @@ def line_chart(title: str, series: Sequence[Series], x: Axis, y: Axis, with_diag
     parts.append(_text(13, _TOP + plot_height / 2, y.label, "middle", turned=True))
     if with_diagonal:
         parts.append(_line(*at(x.low, y.low), *at(x.high, y.high), 'class="axis" stroke-dasharray="1 4"'))
-    for item in series:
-        parts += _drawn_series(item, at)
+    for k, item in enumerate(series):
+        shift = _DODGE * (k - (len(series) - 1) / 2) if any(p.low is not None for p in item.points) else 0.0
+        parts += _drawn_series(item, at, shift)
     return _svg(title, height, parts)
 
 
-def _drawn_series(series: Series, at: Callable[[float, float], tuple[float, float]]) -> list[str]:
+def _drawn_series(series: Series, at: Callable[[float, float], tuple[float, float]], shift: float) -> list[str]:
     method = series.method
-    known = [(point, at(point.x, point.y)) for point in series.points if point.y is not None]
+    places = ((point, at(point.x, point.y)) for point in series.points if point.y is not None)
+    known = [(point, (px + shift, py)) for point, (px, py) in places]
     path = " ".join(f"{px:.1f},{py:.1f}" for _, (px, py) in known)
     parts = [
         f'<polyline points="{path}" fill="none" stroke="{method.colour}" stroke-width="2"'

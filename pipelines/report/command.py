@@ -8,13 +8,18 @@ from typing import Annotated
 import tyro
 
 from pipelines.corpus.header import write_atomically
-from pipelines.report.breakdowns import classes_section, curves_section, joints_section, reliability_section
-from pipelines.report.facts import configuration_section, lead, protocol_section
-from pipelines.report.gallery import examples_section
 from pipelines.report.markup import document
-from pipelines.report.questions import questions_section
+from pipelines.report.sections.breakdowns import (
+    classes_section,
+    curves_section,
+    joints_section,
+    reliability_section,
+)
+from pipelines.report.sections.facts import configuration_section, lead, protocol_section
+from pipelines.report.sections.gallery import examples_section
+from pipelines.report.sections.questions import questions_section
+from pipelines.report.sections.tables import detection_section, measures_section, pixels_section, precision_section
 from pipelines.report.source import Source, read_source
-from pipelines.report.tables import detection_section, measures_section, pixels_section, precision_section
 
 log = logging.getLogger(__name__)
 

@@ -53,8 +53,9 @@ def table(name: str, caption: str, headings: Sequence[str], rows: Iterable[Seque
     head = "".join(f'<th scope="col">{escape(heading)}</th>' for heading in headings)
     body = "".join(f"<tr>{''.join(_cells(row))}</tr>\n" for row in rows)
     return (
+        f'<p class="caption">{escape(caption)}</p>'
         f'<div class="scroll" role="region" tabindex="0" aria-label="{escape(caption)}">'
-        f'<table id="{name}"><caption>{escape(caption)}</caption>\n'
+        f'<table id="{name}" aria-label="{escape(caption)}">\n'
         f"<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>\n"
     )
 

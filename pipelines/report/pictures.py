@@ -16,7 +16,8 @@ from synth.vocabulary import BONES, JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, Join
 
 TILE_WIDTH = 300
 """Columns of a picture [px]."""
-ZOOM = 1.45
+ZOOM = 1.2
+"""Size of the window over that of the person's box."""
 Picture = NDArray[np.uint8]
 """(height, width, 3) BGR."""
 

@@ -56,7 +56,7 @@ def examples_section(source: Source) -> Section:
     frames = {item.row: source.corpus.frame(int(truths.frame[item.row]), sensor) for item in choice.examples}
     labels = {name: _labels_of(source, name, frames) for name in source.rows}
     known = {name: item for name, item in labels.items() if item is not None}
-    parts = [_example(source, item, choice, frames[item.row], known) for item in choice.examples]
+    parts = [_example(source, item, frames[item.row], known) for item in choice.examples]
     return Section(_NAME, _TITLE, _rule(choice) + _legend(frames.values()) + _note(source, known) + "".join(parts))
 
 
@@ -102,7 +102,7 @@ def _contestant(source: Source, name: str) -> Contestant | None:
     return load_contestant(path)[0]
 
 
-def _example(source: Source, item: Example, choice: Choice, frame: Frame, labels: Mapping[str, Labels]) -> str:
+def _example(source: Source, item: Example, frame: Frame, labels: Mapping[str, Labels]) -> str:
     view = View.of(frame)
     truths = source.truths
     seen = image_tag(depth_picture(view), "depth", is_flat=False)
@@ -114,11 +114,10 @@ def _example(source: Source, item: Example, choice: Choice, frame: Frame, labels
     ]
     for name in source.rows:
         tiles.append(_method_tile(source, name, row, view, labels.get(name)))
-    first, second = (METHODS[name].short for name in choice.pair)
     objects = ", ".join(dict.fromkeys(part.class_name for part in frame.info.objects)) or "no object"
     words = (
         f"Frame {frame.info.index}, {objects}; {100 * frame.info.visible_fraction:.0f} % of the person seen. "
-        f"Mean error {first} less that {second}: {number(-item.gain_m, 100.0, sign=True)} cm."
+        f"Gain {number(item.gain_m, 100.0, sign=True)} cm."
     )
     return (
         f'<div class="example" id="frame-{frame.info.index}"><h3>{escape(item.words)}</h3>{paragraph(words)}'

@@ -65,32 +65,31 @@ def _seeds_told(source: Source) -> str:
     return "Every method was trained once: how much the scores vary between trainings is not known."
 
 
+_PAPERS: Mapping[str, tuple[str, Mapping[str, paper.DetectionAccuracy]]] = {
+    "synthetic": ("The paper, table 2, trained on synthetic images", paper.TRAINED_ON_SYNTHETIC),
+    "both": ("The paper, table 2, trained on real and synthetic images", paper.TRAINED_ON_BOTH),
+}
+
+
 def detection_section(source: Source) -> Section:
     """Detection accuracy in the image in the form of the paper's table 2."""
-    order = ("occluded", "non_occluded", "")
-
-    def rows() -> Iterator[list[str]]:
-        for name in source.rows:
-            own = [measured(_group(source.main["rows"][name], group), "accuracy_2d") for group in order]
-            yield [f"{METHODS[name].name}: here", *own]
-            for words, figures in (
-                ("paper, synthetic training", paper.TRAINED_ON_SYNTHETIC),
-                ("paper, real and synthetic training", paper.TRAINED_ON_BOTH),
-            ):
-                if name in figures:
-                    yield [f"{METHODS[name].name}: {words}", *(f"{value:.2f}" for value in figures[name])]
-
-    title = "Detection accuracy in the image"
-    headings = ["", "occluded joints", "non-occluded joints", "all joints"]
-    body = (
-        table("detection", "Joints found within 0.1 of the upper body's size [%]", headings, rows())
-        + paragraph(
-            "The paper's figures are of 800 real images with joints marked by hand; those here are of rendered "
-            "images with exact joints. They show whether the order of the methods is the same, not more."
-        )
-        + _differences(source, "accuracy_2d", "detection-differences")
+    groups = ("occluded", "non_occluded", "")
+    headings = ["", *(GROUPS[group] for group in groups)]
+    here = (
+        [METHODS[name].name, *(measured(_group(source.main["rows"][name], g), "accuracy_2d") for g in groups)]
+        for name in source.rows
     )
-    return Section("detection", title, body)
+    tables = [table("detection", "Here: joints found within 0.1 of the upper body's size [%]", headings, here)]
+    for key, (caption, figures) in _PAPERS.items():
+        rows = ([METHODS[name].name, *(f"{value:.2f}" for value in row)] for name, row in figures.items())
+        tables.append(table(f"detection-{key}", f"{caption} [%]", headings, rows))
+    note = (
+        "The paper's figures are of 800 real images with joints marked by hand; those here are of rendered images "
+        "with exact joints. Beside each other they show whether the order of the methods is the same, not more."
+    )
+    differences = _differences(source, "accuracy_2d", "detection-differences")
+    body = tables[0] + differences + "".join(tables[1:]) + paragraph(note)
+    return Section("detection", "Detection accuracy in the image", body)
 
 
 def measures_section(source: Source) -> Section:

@@ -28,7 +28,7 @@ def lead(source: Source) -> str:
         values = source.main["differences"].get(key)
         if values:
             sentences.append(
-                f"{pair_name(key)}, mean average precision at 10 cm in percentage points: all joints "
+                f"Mean average precision at 10 cm, {pair_name(key)}, in percentage points: all joints "
                 f"{difference(values, 'map_10cm')}; occluded joints {difference(values['occluded'], 'map_10cm')}."
             )
     return "".join(map(paragraph, sentences))
@@ -54,7 +54,7 @@ def protocol_section(source: Source) -> Section:
         "and those outside the image too, and no precision is interpolated.",
         "Bandwidths and the reach of votes are tuned on the validation frames; the paper took the bandwidths of "
         "the work that it builds on.",
-        "Every feature that is tried is scored at several thresholds; where a node has many pixels, on some of them.",
+        "A feature that is tried is scored at several thresholds, on some of the pixels where a node has many.",
         "The paper also tested on real images, with joints marked in two dimensions by hand; nothing here is "
         "real.",
     ]

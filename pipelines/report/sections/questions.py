@@ -11,11 +11,11 @@ from pipelines.report.text import NOTHING, difference, measured
 
 _TITLES: Mapping[str, str] = {
     "context": "Does the gain need the relation of object and pose?",
-    "unseen_class": "Does it hold for a class of objects that was never seen?",
-    "sensor": "Does it hold under a sensor's noise?",
-    "frames": "How does it grow with training frames?",
-    "trees": "How does it grow with trees?",
-    "pixels": "How does it grow with voting pixels?",
+    "unseen_class": "Does the gain hold for a class of objects that was never seen?",
+    "sensor": "Does the gain hold under a sensor's noise?",
+    "frames": "How do the scores grow with training frames?",
+    "trees": "How do the scores grow with trees?",
+    "pixels": "How do the scores grow with voting pixels?",
 }
 _SETTINGS: Mapping[str, str] = {
     "is_context_kept": "relation kept",

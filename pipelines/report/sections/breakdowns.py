@@ -1,6 +1,7 @@
 """Sections that are counted from the rows: curves, joints, classes of objects, reliability."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +29,36 @@ from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis, 
 from pipelines.report.markup import Section, figures, left_out, legend, paragraph, table
 from pipelines.report.methods import METHODS, Method, pair_name
 from pipelines.report.source import Source
-from pipelines.report.text import NOTHING, counted, p_value, with_interval
+from pipelines.report.text import counted, number, p_value, with_interval
 from pipelines.results import Results, Truths
 from synth.vocabulary import JointState
 
 _STATES: Mapping[str, str] = {"occluded": "occluded joints", "non_occluded": "non-occluded joints"}
 _PERCENT = Axis("joints [%]", 0.0, 100.0, (0.0, 20.0, 40.0, 60.0, 80.0, 100.0))
 _SHARE_TICKS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+LEAST_FRAMES = 10
+"""Of fewer frames, resampled frames say nothing on others: no interval is shown."""
+_GAIN = Method("difference", "difference", "#d55e00", "", "diamond")
+_GAIN_MEASURES: Mapping[str, str] = {
+    "accuracy_10cm": "within 10 cm",
+    "map_10cm": "mean average precision at 10 cm",
+}
 _GAINS = (("semantic", "occluders"), ("occluders", "baseline"), ("semantic", "baseline"))
+
+Gains = Mapping[str, Mapping[str, Difference]]
+"""Differences of two methods by class of object and measure."""
+
+
+class Count(NamedTuple):
+    """How much there is of a group.
+
+    Attributes:
+        n_frames: Frames that hold a joint of it.
+        n_joints: Joints of it.
+    """
+
+    n_frames: int
+    n_joints: int
 
 
 def curves_section(source: Source) -> Section:
@@ -78,8 +101,9 @@ def joints_section(source: Source) -> Section:
         title = f"{words[0].upper()}{words[1:]} within 10 cm"
         charts.append((title, row_chart(title, rows, _PERCENT, is_bar=True)))
     notes = (
-        "In brackets, how often the joint is so in the test frames; the fewer, the longer the whiskers, which are "
-        "95 % intervals. Bars are means over trainings, in the order of the list above."
+        "In brackets, how often the joint is so in the test frames. Bars are means over trainings, in the order "
+        "of the list above. Whiskers are 95 % intervals; joints that are so in fewer than "
+        f"{LEAST_FRAMES} frames have none."
     )
     body = figures(charts, legend(METHODS[name] for name in source.rows)) + paragraph(notes)
     return Section("joints", "Joint by joint", body)
@@ -93,6 +117,8 @@ def _share_of_joint(source: Source, name: str, joint: str, state: str) -> Point:
     is_counted = by_joint(truths)[joint] & by_state(truths)[state]
     mean = Mean(tuple(statistics_of(results, is_counted)["accuracy_10cm"] for results in seeds))
     estimate = float(mean(every_frame_once(len(truths)))[0])
+    if is_counted.any(axis=1).sum() < LEAST_FRAMES:
+        return Point(0.0, None if np.isnan(estimate) else 100.0 * estimate)
     low, high = interval(estimate, mean(draw_frames(len(truths), source.n_resamples, source.rng())))
     return Point(0.0, *(None if np.isnan(v) else 100.0 * v for v in (estimate, low, high)))
 
@@ -109,62 +135,64 @@ def classes_section(source: Source) -> Section:
     if not groups:
         return left_out("classes", title, "no joint of the test frames is hidden by an object")
     groups = {"any object": by_state(truths)["occluded"], **groups}
-    gains = {key: _gains(source, both, groups) for key, both in pairs.items()}
-    counts = {name: int(is_in.sum()) for name, is_in in groups.items()}
-    rows = [
-        [pair_name(f"{a} - {b}"), name, str(counts[name]), *_gain_cells(gains[a, b][name])]
-        for a, b in pairs
-        for name in groups
-    ]
-    headings = ["", "hidden by", "joints", "within 10 cm", "average precision"]
-    caption = "Paired differences of occluded joints [percentage points], with 95 % intervals and p-values"
+    gains = {pair_name(" - ".join(key)): _gains(source, both, groups) for key, both in pairs.items()}
+    counts = {name: _counted(is_in) for name, is_in in groups.items()}
     notes = (
         "A joint belongs to the class of the object that hides it. Average precision gives each of the joints the "
-        "same weight however rarely it is hidden; the share within 10 cm, which the chart shows, is steadier. "
-        "Nothing is corrected for testing many classes."
+        "same weight however rarely it is hidden; the share within 10 cm, which the charts show, is steadier. "
+        f"No interval is told of fewer than {LEAST_FRAMES} frames. Nothing is corrected for testing many classes."
     )
-    body = _gain_chart(gains, counts) + table("gain", caption, headings, rows) + paragraph(notes)
-    return Section("classes", title, body)
+    tables = (_gain_table(key, words, gains, counts) for key, words in _GAIN_MEASURES.items())
+    return Section("classes", title, _gain_charts(gains, counts) + "".join(tables) + paragraph(notes))
 
 
-def _gains(
-    source: Source, pairs: list[tuple[Results, Results]], groups: Groups
-) -> dict[str, Mapping[str, Difference]]:
+def _counted(is_in: NDArray[np.bool_]) -> Count:
+    return Count(int(is_in.any(axis=1).sum()), int(is_in.sum()))
+
+
+def _gains(source: Source, pairs: list[tuple[Results, Results]], groups: Groups) -> Gains:
     return {name: compare_seeds(pairs, is_in, source.rng(), source.n_resamples) for name, is_in in groups.items()}
 
 
-def _gain_cells(gain: Mapping[str, Difference]) -> list[str]:
-    cells = []
-    for measure in ("accuracy_10cm", "map_10cm"):
-        value = gain[measure]
-        if np.isnan(value.estimate):
-            cells.append(NOTHING)
-            continue
-        shown = with_interval(value.estimate, (known(value.low), known(value.high)), 100.0, sign=True)
-        cells.append(f"{shown}, {p_value(known(value.p_value))}")
-    return cells
+def _gain_table(measure: str, words: str, gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> str:
+    rows = (
+        [
+            name,
+            *map(str, count),
+            *(_gain_cell(gain[name][measure], count.n_frames >= LEAST_FRAMES) for gain in gains.values()),
+        ]
+        for name, count in counts.items()
+    )
+    caption = f"Occluded joints, {words}: paired differences [percentage points], 95 % intervals, p-values"
+    return table(f"gain-{measure}", caption, ["hidden by", "frames", "joints", *gains], rows)
 
 
-def _gain_chart(
-    gains: Mapping[tuple[str, str], Mapping[str, Mapping[str, Difference]]], counts: Mapping[str, int]
-) -> str:
+def _gain_cell(gain: Difference, is_sure: bool) -> str:
+    estimate = known(gain.estimate)
+    if estimate is None or not is_sure:
+        return number(estimate, 100.0, sign=True)
+    shown = with_interval(estimate, (known(gain.low), known(gain.high)), 100.0, sign=True)
+    return f"{shown}, {p_value(known(gain.p_value))}"
+
+
+def _gain_charts(gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> str:
     """One chart a pair of methods, all on one axis."""
     points = {
-        pair: {name: _gain_point(gain["accuracy_10cm"]) for name, gain in of.items()} for pair, of in gains.items()
+        pair: {name: _gain_point(of["accuracy_10cm"], counts[name].n_frames) for name, of in gain.items()}
+        for pair, gain in gains.items()
     }
-    ends = [end for of in points.values() for point in of.values() for end in (point.low, point.high)]
+    ends = [end for of in points.values() for point in of.values() for end in point[1:]]
     x = round_axis("difference within 10 cm [points]", ends, (-1.0, 1.0))
     charts = []
-    for (first, second), of in points.items():
-        title = pair_name(f"{first} - {second}")
-        rows = [(f"{name} ({counts[name]})", [Series(METHODS[first], (point,))]) for name, point in of.items()]
-        charts.append((title, row_chart(title, rows, x, is_bar=False)))
+    for pair, of in points.items():
+        rows = [(f"{name} ({counts[name].n_joints})", [Series(_GAIN, (point,))]) for name, point in of.items()]
+        charts.append((pair, row_chart(pair, rows, x, is_bar=False)))
     return figures(charts)
 
 
-def _gain_point(gain: Difference) -> Point:
-    values = (known(value) for value in (gain.estimate, gain.low, gain.high))
-    return Point(0.0, *(None if value is None else 100.0 * value for value in values))
+def _gain_point(gain: Difference, n_frames: int) -> Point:
+    values = (gain.estimate, gain.low, gain.high) if n_frames >= LEAST_FRAMES else (gain.estimate, np.nan, np.nan)
+    return Point(0.0, *(None if np.isnan(value) else 100.0 * value for value in values))
 
 
 def reliability_section(source: Source) -> Section:
