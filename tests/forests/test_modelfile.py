@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from forests.frames import LabelTable
+from forests.frames import Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.modelfile import FORMAT_VERSION, ModelFileError, read_model, write_model
 from forests.oarf.calibrate import TERMS
@@ -211,11 +211,13 @@ def test_rounding_changes_no_vote():
     assert all(a.tobytes() == b.tobytes() for a, b in zip(quantised(kept).leaves, kept.leaves, strict=True))
 
 
+DEPTH = np.random.default_rng(0).integers(1000, 3000, (20, 30)).astype(np.uint16)
+CAMERA = Intrinsics(30.0, 30.0, 14.5, 9.5)
+
+
 def test_a_loaded_forest_can_be_asked(model, path):
     save_model(path, model)
-    depth = np.random.default_rng(0).integers(1000, 3000, (20, 30)).astype(np.uint16)
-    camera = type("Camera", (), {"fx": 30.0, "fy": 30.0, "cx": 14.5, "cy": 9.5})()
-    one, two = (Predictor(item).predict(depth, camera) for item in (model, load_model(path)))
+    one, two = (Predictor(item).predict(DEPTH, CAMERA) for item in (model, load_model(path)))
     assert one.proposals.tobytes() == two.proposals.tobytes()
     assert one.probability.tobytes() == two.probability.tobytes()
     assert np.isfinite(one.joints[1:]).all()
@@ -262,6 +264,28 @@ def test_no_file_makes_a_kernel_read_beyond_an_array(model, path, spoil, message
     with pytest.raises(ModelFileError, match=message) as caught:
         load_model(path)
     assert str(caught.value).startswith(f"{path} holds no usable model: ")
+
+
+def test_a_forest_of_any_numbers_is_refused_or_answers(model, path):
+    """Random values in random places, the digest made to fit: finite joints or none, never a crash."""
+    rng = np.random.default_rng(7)
+    arrays, metadata = pack_model(model), {"config": to_json(model.config), "labels": to_json(model.labels)}
+    n_asked = 0
+    for _ in range(150):
+        name = str(rng.choice(sorted(arrays)))
+        values = np.frombuffer(rng.bytes(arrays[name].itemsize), arrays[name].dtype)[0]
+        near = arrays[name].dtype.type(rng.integers(0, 9))
+        place = tuple(rng.integers(arrays[name].shape))
+        write_model(path, "oarf", changed(arrays, name, place, rng.choice([values, near])), metadata)
+        try:
+            loaded = load_model(path)
+        except ModelFileError:
+            continue
+        estimate = Predictor(loaded).predict(DEPTH, CAMERA)
+        is_found = estimate.confidence > 0
+        assert np.isfinite(estimate.joints[is_found]).all()
+        n_asked += 1
+    assert 10 < n_asked < 140
 
 
 @pytest.mark.parametrize(
