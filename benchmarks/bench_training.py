@@ -1,6 +1,6 @@
 """Training whole forests: seconds with leaf modes, feature evaluations, resident memory; compilation apart.
 
-Anonymous memory is what training needs; file-backed pages (the mapped crops) can be dropped by the system at any time.
+Anonymous memory is what training needs; file-backed pages (the mapped crops) the system may drop.
 
     python benchmarks/bench_training.py [--corpus DIR] [--threads 2] [--mode semantic] [--trees 3] [--frames 0]
         [--crops-in-memory GB] [--model OUT]
@@ -99,8 +99,8 @@ def run(corpus: Corpus, options: argparse.Namespace) -> None:
     seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
     leaves = [len(tree.leaves.weight) for tree in model.trees]
     print(
-        f"{options.mode}: {len(frames)} frames, {options.trees} trees ({leaves} leaves), {options.threads} threads: "
-        f"{seconds:.1f} s, {cpu:.1f} CPU s, tuning on {len(validation)} frames included"
+        f"{options.mode}: {len(frames)} frames, {options.trees} trees ({leaves} leaves), "
+        f"{options.threads} threads: {seconds:.1f} s, {cpu:.1f} CPU s, tuning on {len(validation)} frames included"
     )
     print(f"memory at most: {peak.anonymous:.0f} MiB anonymous, {peak.resident:.0f} MiB with mapped files")
     if options.model:
