@@ -14,12 +14,12 @@ SetShare = Callable[[float], object]
 
 _FRAME_S = 0.015
 """To make a frame."""
-_SAMPLE_S = 10e-6
+_SAMPLE_S = 11e-6
 """To train a tree of a regression forest, by sample."""
-_POINT_S = 10e-6
+_POINT_S = 7e-6
 """To train a tree of a random walk forest, by point."""
-_VAL_FRAME_S = 0.05
-"""To tune on a frame."""
+_OARF_VAL_FRAME_S, _RWF_VAL_FRAME_S = 0.04, 0.12
+"""To tune on a frame; random walk forests do so in one thread."""
 _TEST_FRAME_S = 0.01
 """To score a frame."""
 
@@ -30,12 +30,12 @@ def cost(job: Job) -> float:
         return _FRAME_S * job.n_frames
     if isinstance(job, ScoringJob):
         return _TEST_FRAME_S * job.test.n
-    forest, tuning = job.forest, _VAL_FRAME_S * job.val.n
+    forest = job.forest
     if isinstance(forest, OARFConfig):
         n_pixels = forest.n_pixels + (forest.mode != "baseline") * forest.n_occluder_pixels
-        return tuning + _SAMPLE_S * forest.n_trees * n_pixels * job.train.n
+        return _OARF_VAL_FRAME_S * job.val.n + _SAMPLE_S * forest.n_trees * n_pixels * job.train.n
     n_joints = len(forest.joints) or len(forest.skeleton)
-    return tuning + _POINT_S * n_joints * forest.n_trees * forest.n_points * job.train.n
+    return _RWF_VAL_FRAME_S * job.val.n + _POINT_S * n_joints * forest.n_trees * forest.n_points * job.train.n
 
 
 class Progress:

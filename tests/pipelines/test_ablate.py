@@ -1,27 +1,26 @@
-"""The ablation: keys of its plan, its scores, a run as a user starts it, killed and gone on with."""
+"""An ablation's scores, a run as a user starts it, killed and gone on with."""
 
 import json
-from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 from toy_results import results_of, truths_of
 
-from forests.growing import GrowthConfig
-from forests.oarf.config import OARFConfig
-from forests.rwf.config import RWFConfig
+from forests.estimate import JointEstimate
 from pipelines.ablate import run as ablate_run
-from pipelines.ablate.config import ROWS, AblationConfig, CorpusConfig, load_config, merged
+from pipelines.ablate.config import load_config
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import Selection
-from pipelines.ablate.plan import QUESTIONS, make_plan
+from pipelines.ablate.plan import make_plan
 from pipelines.ablate.table import GROUPS, Resampling, pair_scores, row_scores
 from pipelines.checkpoints import TreeFolder
 from pipelines.cli import main
 from pipelines.corpus import Corpus
-from pipelines.metrics import MEASURES, compare, draw_frames, summarise
+from pipelines.corpus.sequence import CorpusFrames
+from pipelines.metrics import MEASURES, compare, draw_frames, read_truths, summarise
+from pipelines.predictions import Contestant, predict_frames
 from pipelines.results import read_results
-from synth.scene import SceneConfig
+from synth.vocabulary import JOINT_NAMES
 
 TINY = """
 rows = ["baseline", "occluders", "semantic", "rwf"]
@@ -52,191 +51,6 @@ joints = ["head", "neck", "torso", "r_shoulder", "l_shoulder"]
 n_points = 30
 growth = { max_depth = 5, n_candidates = 20, n_finalists = 5 }
 """
-
-CONFIG = AblationConfig(questions=tuple(QUESTIONS), n_seeds=2)
-
-
-# The plan
-
-
-def keys_of(config):
-    """Keys of corpora, of models by row and seed, and of rows by row and seed, of the main table."""
-    main = make_plan(config).conditions[0]
-    trainings = {(job.training.row, job.training.forest.seed): job.training for job in main.scorings}
-    return {
-        "corpus": {job.training.corpus.key for job in main.scorings},
-        "oarf": {name: job.key for name, job in trainings.items() if not name[0].startswith("rwf")},
-        "rwf": {name: job.key for name, job in trainings.items() if name[0].startswith("rwf")},
-        "rows": {(job.training.row, job.training.forest.seed): job.key for job in main.scorings},
-    }
-
-
-def with_corpus(**changes):
-    return replace(CONFIG, corpus=replace(CONFIG.corpus, **changes))
-
-
-@pytest.mark.parametrize(
-    ("changed", "what_changes"),
-    [
-        (replace(CONFIG, n_resamples=10), set()),
-        (replace(CONFIG, questions=()), set()),
-        (replace(CONFIG, unseen_class="table", noisy_sensor="kinect_v1", tree_counts=(2,)), set()),
-        (replace(CONFIG, oarf=OARFConfig(mode="baseline")), set()),
-        (replace(CONFIG, rwf=RWFConfig(layer="body")), set()),
-        (replace(CONFIG, sensor="kinect_v2"), {"oarf", "rwf", "rows"}),
-        (replace(CONFIG, oarf=OARFConfig(n_pixels=999)), {"oarf", "rows"}),
-        (replace(CONFIG, oarf=OARFConfig(growth=GrowthConfig(max_depth=19))), {"oarf", "rows"}),
-        (replace(CONFIG, rwf=RWFConfig(n_points=299)), {"rwf", "rows"}),
-        (with_corpus(test_frames=439), {"corpus", "rows"}),
-        (with_corpus(val_frames=199), {"corpus", "oarf", "rwf", "rows"}),
-        (with_corpus(train_frames=1111), {"corpus", "oarf", "rwf", "rows"}),
-        (with_corpus(seed=1), {"corpus", "oarf", "rwf", "rows"}),
-        (with_corpus(scene=SceneConfig(is_context_kept=False)), {"corpus", "oarf", "rwf", "rows"}),
-        (with_corpus(scene=SceneConfig(child_share=0.2)), {"corpus", "oarf", "rwf", "rows"}),
-    ],
-)
-def test_a_key_changes_exactly_when_something_that_it_depends_on_does(changed, what_changes):
-    before, after = keys_of(CONFIG), keys_of(changed)
-    assert {name for name in before if before[name] != after[name]} == what_changes
-
-
-def test_other_software_changes_every_key(monkeypatch):
-    before = keys_of(CONFIG)
-    monkeypatch.setattr("pipelines.ablate.jobs.versions", lambda: {"numpy": "99"})
-    after = keys_of(CONFIG)
-    assert all(before[name] != after[name] for name in before)
-
-
-@pytest.mark.parametrize(
-    ("place", "what_changes"),
-    [
-        ("synth", {"corpus", "oarf", "rwf", "rows"}),
-        ("forests", {"oarf", "rwf", "rows"}),
-        ("pipelines/metrics", {"rows"}),
-    ],
-)
-def test_other_sources_change_the_keys_of_what_they_make(monkeypatch, place, what_changes):
-    def keys(edited):
-        monkeypatch.setattr("pipelines.ablate.jobs.sources_digest", lambda *places: str(edited in places))
-        return keys_of(CONFIG)
-
-    before, after = keys(""), keys(place)
-    assert {name for name in before if before[name] != after[name]} == what_changes
-
-
-def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
-    main = make_plan(CONFIG).conditions[0]
-    assert main.rows == ROWS
-    assert [len(main.of_row(row)) for row in ROWS] == [2, 2, 2, 1, 1]
-    assert len({job.training.key for job in main.scorings}) == len(main.scorings) == 8
-    for name in ("corpus", "train", "val", "sensor"):
-        assert len({getattr(job.training, name) for job in main.scorings}) == 1
-    assert len({job.test for job in main.scorings}) == 1
-    assert [job.training.forest.seed for job in main.of_row("semantic")] == [0, 1]
-    layers = {row: main.of_row(row)[0].training.forest.layer for row in ("rwf_body", "rwf")}
-    assert layers == {"rwf_body": "body", "rwf": "composite"}
-
-
-VARIED = {
-    "context": {"training.corpus.config.scene.is_context_kept"},
-    "unseen_class": {"training.train.rule"},
-    "sensor": {"training.sensor", "sensor"},
-    "frames": {"training.train.n"},
-    "trees": {"n_trees"},
-    "pixels": {"n_pixels"},
-}
-
-
-def leaves(values, prefix=""):
-    for name, value in values.items():
-        yield from leaves(value, f"{prefix}{name}.") if isinstance(value, dict) else [(prefix + name, value)]
-
-
-@pytest.mark.parametrize("question", QUESTIONS)
-def test_conditions_of_a_question_differ_in_what_it_asks_alone(question):
-    conditions = [item for item in make_plan(CONFIG).conditions if item.question == question]
-    first = conditions[0]
-    assert len(conditions) > 1
-    differing = set()
-    for condition in conditions:
-        assert condition.rows == first.rows
-        for job, reference in zip(condition.scorings, first.scorings, strict=True):
-            pairs = zip(leaves(asdict(job)), leaves(asdict(reference)), strict=True)
-            differing |= {name for (name, value), (_, other) in pairs if value != other}
-    assert differing == VARIED[question]
-    assert len({condition.settings for condition in conditions}) == len(conditions)
-
-
-@pytest.mark.parametrize("question", sorted(set(QUESTIONS) - {"unseen_class"}))
-def test_a_question_uses_work_of_the_main_table_again(question):
-    main, *conditions = make_plan(replace(CONFIG, questions=(question,))).conditions
-    known = {job.key for job in main.scorings}
-    is_known = [{job.key for job in condition.scorings} <= known for condition in conditions]
-    assert is_known.count(True) == 1
-
-
-def test_trees_and_pixels_need_no_training():
-    n_main = len(make_plan(replace(CONFIG, questions=())).trainings)
-    assert len(make_plan(replace(CONFIG, questions=("trees", "pixels"))).trainings) == n_main
-
-
-# Settings
-
-
-@pytest.mark.parametrize(
-    ("size", "n_train", "n_test"), [("demo", 250, 100), ("paper", 1110, 440), ("large", 10000, 1000)]
-)
-def test_the_sizes_are_shipped(size, n_train, n_test):
-    config = load_config(size)
-    assert (config.corpus.train_frames, config.corpus.test_frames) == (n_train, n_test)
-    assert replace(config, questions=tuple(QUESTIONS)).questions == tuple(QUESTIONS)
-
-
-def test_the_papers_size_has_the_papers_forests():
-    config = load_config("paper")
-    assert (config.oarf, config.corpus, config.rows) == (OARFConfig(), CorpusConfig(), ROWS)
-
-
-def test_a_file_goes_before_the_size(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text("n_seeds = 3\n[corpus]\nseed = 5\n")
-    config, demo = load_config("demo", path), load_config("demo")
-    assert config == replace(demo, n_seeds=3, corpus=replace(demo.corpus, seed=5))
-    assert merged({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}, "d": 4}) == {"a": {"b": 3, "c": 2}, "d": 4}
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
-        ("rows = ['rwf', 'kinect']", "'kinect' is unknown; known are baseline"),
-        ("rows = ['rwf', 'rwf']", "must be 1 or more different names"),
-        ("n_seeds = 0", "n_seeds=0 must be at least 1"),
-        ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
-        ("unseen_class = 'bathtub'", "unseen_class 'bathtub' unknown; known are table"),
-        ("sensor = 'eye'", "sensor 'eye' unknown; known are ideal"),
-        ("questions = ['frames']\nframe_counts = [251]", "frame_counts=251 must be in 1..250"),
-        ("[corpus]\ntest_frames = 0", "test_frames=0 must be at least 1"),
-        ("[oarf]\nn_trees = 0", "n_trees=0 must be at least 1"),
-    ],
-)
-def test_wrong_settings_are_one_line_and_touch_nothing(tmp_path, capsys, text, message):
-    path = tmp_path / "wrong.toml"
-    path.write_text(text)
-    assert main(["ablate", "--size", "demo", "--config", str(path), "--out", str(tmp_path / "a")]) == 1
-    err = capsys.readouterr().err
-    assert message in err
-    assert err.count("\n") == 1
-    assert not (tmp_path / "a").exists()
-
-
-def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
-    path = tmp_path / "mine.toml"
-    path.write_text("tree_counts = [1, 99]")
-    words = ["ablate", "--size", "demo", "--config", str(path), "--out", str(tmp_path / "a")]
-    assert main([*words, "--questions", "trees"]) == 1
-    assert capsys.readouterr().err == "undergrowth: error: tree_counts=99 must be in 1..2\n"
-
 
 # Scores
 
@@ -295,6 +109,32 @@ def test_one_training_compares_as_the_metrics_do():
     for name in MEASURES:
         assert ours[name]["estimate"] == pytest.approx(theirs[name].estimate)
         assert ours[name]["p_value"] == theirs[name].p_value
+
+
+# Detectors
+
+
+def test_only_methods_that_start_in_a_box_are_told_one(toy_corpus):
+    frames = CorpusFrames(toy_corpus, toy_corpus.split("test")[:2])
+    truths = read_truths(toy_corpus, frames.indices)
+    told = []
+
+    class Listener:
+        def predict(self, depth, camera, **given):
+            told.append(given)
+            n = len(JOINT_NAMES)
+            unknown = np.zeros(n, np.float32)
+            nothing = np.full((n, 1, 3), np.nan, np.float32)
+            return JointEstimate(nothing, np.zeros((n, 1), np.float32), unknown, unknown, unknown, camera)
+
+    predict_frames(Contestant("forest", Listener(), JOINT_NAMES), frames, truths)
+    assert not any(told)
+    told.clear()
+    predict_frames(Contestant("walk", Listener(), JOINT_NAMES, box_joints=("head", "neck")), frames, truths)
+    left, top, right, bottom = told[-1]["box"]
+    uv = frames[1].camera.project(frames[1].joints[:2])
+    assert ((left, top) < uv).all()
+    assert (uv < (right, bottom)).all()
 
 
 # A run
