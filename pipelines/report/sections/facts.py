@@ -68,7 +68,7 @@ def protocol_section(source: Source) -> Section:
         items(what)
         + "<h3>Where this differs from the paper</h3>"
         + items(differs)
-        + table("protocol", "Figures of the experiment", ["", "paper", "here"], _figures(source))
+        + table("figures", "Figures of the experiment", ["", "paper", "here"], _figures(source))
     )
     return Section("protocol", "How it was measured", body)
 

@@ -79,7 +79,9 @@ def detection_section(source: Source) -> Section:
         [METHODS[name].name, *(measured(_group(source.main["rows"][name], g), "accuracy_2d") for g in groups)]
         for name in source.rows
     )
-    tables = [table("detection", "Here: joints found within 0.1 of the upper body's size [%]", headings, here)]
+    tables = [
+        table("detection-here", "Here: joints found within 0.1 of the upper body's size [%]", headings, here)
+    ]
     for key, (caption, figures) in _PAPERS.items():
         rows = ([METHODS[name].name, *(f"{value:.2f}" for value in row)] for name, row in figures.items())
         tables.append(table(f"detection-{key}", f"{caption} [%]", headings, rows))
