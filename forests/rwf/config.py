@@ -42,8 +42,9 @@ class RWFConfig:
         n_points: Training points of a joint in a frame.
         near_share: Share of the points that lie in a ball around the joint; the rest lie on the way to it.
         reach_m: Radius of the ball [m].
-        start_noise_m: Standard deviation, along each axis, of the places that the ways start from
-            [m].
+        start_noise_m: Standard deviation, along each axis, of the places about a parent joint that ways start
+            from [m].
+        box_noise_m: The same about the middle of an upper-body box, in training and on validation frames [m].
         gate_share: Share of the training joints that lie before and behind the gate on a point's depth, each.
         n_clusters: Cluster centres kept in a leaf.
         cluster_bandwidth: Of the directions' mean shift, as a chord of the unit sphere.
@@ -66,6 +67,7 @@ class RWFConfig:
     near_share: float = 0.5
     reach_m: float = 0.3
     start_noise_m: float = 0.1
+    box_noise_m: float = 0.15
     gate_share: float = 0.02
     n_clusters: int = 4
     cluster_bandwidth: float = 0.5
@@ -100,7 +102,8 @@ class RWFConfig:
             raise ValueError(f"near_share={self.near_share} must be in [0, 1]")
         if not 0 < self.decay <= 1:
             raise ValueError(f"decay={self.decay} must be in (0, 1]")
-        if not self.start_noise_m >= 0:
-            raise ValueError(f"start_noise_m={self.start_noise_m} must not be below 0")
+        for name in ("start_noise_m", "box_noise_m"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"{name}={getattr(self, name)} must not be below 0")
         if not 0 <= self.n_arriving < self.n_steps:
             raise ValueError(f"n_arriving={self.n_arriving} must be in [0, n_steps={self.n_steps})")

@@ -108,7 +108,7 @@ def train_rwf(
     weights = np.full((len(names), 2), np.nan, np.float32)
     model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
     if validation is not None and len(validation):
-        model = tune(model, views_of(validation, names, config.box_joints, BOX_MARGIN_M))
+        model = tune(model, views_of(validation, names, config.box_joints, BOX_MARGIN_M, config.box_noise_m))
     on_progress(1.0)
     return model
 
@@ -155,7 +155,7 @@ def _train_tree(
         config.n_points,
         config.near_share,
         config.reach_m,
-        config.start_noise_m,
+        config.box_noise_m if parent < 0 else config.start_noise_m,
         config.seed,
         number,
     )

@@ -22,6 +22,7 @@ ARRIVING_SHARES = (0.25, 0.5, 0.75)
 CLUSTERS = (2, 3, 4, 8)
 """With one alone, walks side by side would be the same walk."""
 _RIDGE = 1e-2
+_START_STREAM = 0x57A7
 
 
 class View(NamedTuple):
@@ -41,9 +42,21 @@ class View(NamedTuple):
 
 
 def views_of(
-    frames: FrameSequence, joints: tuple[str, ...], box_joints: tuple[str, ...], margin_m: float
+    frames: FrameSequence,
+    joints: tuple[str, ...],
+    box_joints: tuple[str, ...],
+    margin_m: float,
+    noise_m: float = 0.0,
 ) -> list[View]:
-    """Frames with their walks' starts: the middles of upper-body boxes. Frames that show nothing are left out."""
+    """Frames with their walks' starts; frames that show nothing are left out.
+
+    Args:
+        frames: The frames.
+        joints: Names of the experts' joints.
+        box_joints: Joints in the upper-body box, in the middle of which walks start.
+        margin_m: Of the box [m].
+        noise_m: Standard deviation of the starts across the line of sight, along each axis [m].
+    """
     places = chosen_joints(frames.labels.joints, joints)
     inside = chosen_joints(frames.labels.joints, box_joints)
     views = []
@@ -54,6 +67,7 @@ def views_of(
         if start is not None:
             camera = frame.camera
             intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
+            start[:2] += np.random.default_rng([_START_STREAM, index]).normal(0.0, noise_m, 2)
             views.append(View(frame.depth, intrinsics, start, frame.joints[places]))
     return views
 
