@@ -3,7 +3,7 @@
 Anonymous memory is what training needs; file-backed pages (the mapped crops) the system may drop.
 
     python benchmarks/bench_training.py [--corpus DIR] [--threads 2] [--mode semantic] [--trees 3] [--frames 0]
-        [--crops-in-memory GB] [--model OUT]
+        [--all] [--crops-in-memory GB] [--model OUT]
 """
 
 import argparse
@@ -76,6 +76,7 @@ def main() -> None:
     parser.add_argument("--mode", default="semantic")
     parser.add_argument("--trees", type=int, default=3)
     parser.add_argument("--frames", type=int, default=0)
+    parser.add_argument("--all", action="store_true", help="learn from every split's frames, for the memory alone")
     parser.add_argument("--crops-in-memory", type=float, default=2.0)
     parser.add_argument("--model", type=Path)
     options = parser.parse_args()
@@ -87,6 +88,8 @@ def main() -> None:
 def run(corpus: Corpus, options: argparse.Namespace) -> None:
     """Trains and prints."""
     frames, validation = (CorpusFrames(corpus, corpus.split(name)) for name in ("train", "val"))
+    if options.all:
+        frames = replace(frames, indices=corpus.indices)
     if options.frames:
         frames = replace(frames, indices=frames.indices[: options.frames])
     print(f"compilation {compile_all(frames, validation, options.mode):.1f} s")
