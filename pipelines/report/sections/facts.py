@@ -1,7 +1,7 @@
 """Sections of what stands behind the numbers: how it was measured, configuration, versions, digests, seeds."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -99,6 +99,7 @@ def _figures(source: Source) -> Iterator[list[str]]:
 def configuration_section(source: Source) -> Section:
     """Settings, versions, digests and seeds, so that the page can be made again."""
     document = source.document
+    settings = "\n".join(f"{name} = {json.dumps(value)}" for name, value in _leaves(document["settings"]))
     versions = {**document["software"], **{f"sources of {k}": v for k, v in document["sources"].items()}}
     corpora = (
         [
@@ -131,6 +132,15 @@ def configuration_section(source: Source) -> Section:
         + table(
             "trainings", "Trainings", ["", "seed", "frames", "digest of the model", "key of the rows"], trainings
         )
-        + f"<h3>Settings</h3><pre>{escape(json.dumps(document['settings'], indent=1))}</pre>"
+        + f"<h3>Settings</h3><pre>{escape(settings)}</pre>"
     )
     return Section("configuration", "Configuration", body)
+
+
+def _leaves(values: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Settings by their full names."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value

@@ -24,7 +24,7 @@ from pipelines.report.pictures import (
     truth_picture,
 )
 from pipelines.report.source import Source
-from pipelines.report.text import escape, number
+from pipelines.report.text import SPACE, escape, number
 from synth.frame import Frame
 from synth.vocabulary import OCCLUDER_CLASSES, OCCLUDER_CODE
 
@@ -134,7 +134,7 @@ def _method_tile(source: Source, name: str, row: int, view: View, labels: Labels
         picture = label_picture(view, labels.by_row[row], labels.tells_classes)
         shown.append(image_tag(picture, f"labels, {METHODS[name].short}", is_flat=True))
     error = number(float(frame_errors(results)[row]), 100.0)
-    return _tile(f"{METHODS[name].short}, {error} cm", shown)
+    return _tile(f"{METHODS[name].short}, {error}{SPACE}cm", shown)
 
 
 def _tile(caption: str, images: list[str]) -> str:

@@ -88,7 +88,9 @@ def _charts(conditions: Sequence[Condition], settings: Sequence[str], rows: Sequ
     values = [condition["settings"][settings[0]] for condition in conditions]
     if len(settings) > 1 or len(set(values)) < 2 or any(type(value) is not int for value in values):
         return ""
-    x = Axis(_SETTINGS.get(settings[0], settings[0]), min(values), max(values), tuple(values), is_log=True)
+    margin = (max(values) / min(values)) ** 0.06
+    low, high = min(values) / margin, max(values) * margin
+    x = Axis(_SETTINGS.get(settings[0], settings[0]), low, high, tuple(values), is_log=True)
     charts = []
     for group, words in {"": "All joints", "occluded": "Occluded joints"}.items():
         series = [
