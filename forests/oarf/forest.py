@@ -17,7 +17,7 @@ from forests.oarf.model import ForestTree, OARFModel
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import quantised
 from forests.oarf.tune import tune, untuned
-from forests.samples import TrainingSet, gather
+from forests.samples import Layer, TrainingSet, gather
 
 HELD_OUT_EVERY = 10
 """`fit` tunes on every so many-th frame where it is given no validation frames."""
@@ -75,16 +75,11 @@ def train(
         wanted = classes.of_label(frames.labels)[training.samples.label]
     per_tree = (1.0 - _GATHER_SHARE - _TUNE_SHARE) / config.n_trees
     for tree in range(len(trees), config.n_trees):
-        begun = _GATHER_SHARE + per_tree * tree
-        grown = _train_tree(
-            training,
-            wanted,
-            classes,
-            config,
-            tree,
-            n_threads,
-            lambda done, at=begun: on_progress(at + per_tree * done),
-        )
+
+        def show(done: float, begun: float = _GATHER_SHARE + per_tree * tree) -> None:
+            on_progress(begun + per_tree * done)
+
+        grown = _train_tree(training, wanted, classes, config, tree, n_threads, show)
         if checkpoint:
             checkpoint.save(tree, grown)
         trees.append(grown)
@@ -103,7 +98,7 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
         n_read += 1
         on_frames(n_read)
 
-    layer = "body" if config.mode == "baseline" else "composite"
+    layer: Layer = "body" if config.mode == "baseline" else "composite"
     return gather(frames, layer, config.n_pixels, config.n_occluder_pixels, config.seed, on_frame=count)
 
 

@@ -16,14 +16,13 @@ from forests.oarf.config import OARFConfig
 from forests.oarf.model import ForestTree, LeafTable, OARFModel, Tuning
 from forests.oarf.vote import WEIGHT_ONE
 from forests.records import from_json, to_json
-from forests.tree import LEAF_THRESHOLD, NODE_DTYPE, check_tree
+from forests.treefile import pack_nodes, unpack_nodes
 
 KIND = "oarf"
 
 _PROBABILITY_ONE = 65535
 _FARTHEST_MM = 32000
 """Longest offset along an axis of a leaf mode, as votes take it."""
-_LONGEST_PROBE_M = 100.0
 
 
 def save_model(path: Path, model: OARFModel, extra_metadata: Mapping[str, Any] | None = None) -> None:
@@ -95,14 +94,11 @@ def quantised(tree: ForestTree) -> ForestTree:
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
     """A quantised tree's arrays as a model file holds them: of the leaf tables only what is not 0."""
-    nodes, table = tree.nodes, tree.leaves
+    table = tree.leaves
     units = np.rint(table.weight * WEIGHT_ONE).astype(np.int16)
     probability = np.rint(table.probability * _PROBABILITY_ONE).astype(np.uint16)
     return {
-        "offsets": np.concatenate([nodes["u"], nodes["v"]], axis=1),
-        "threshold": nodes["threshold"],
-        "left": nodes["left"],
-        "leaf": nodes["leaf"],
+        **pack_nodes(tree.nodes),
         "has_class": np.packbits(probability > 0),
         "probability": probability[probability > 0],
         "has_mode": np.packbits(units > 0),
@@ -123,7 +119,7 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OA
         ValueError: Anything missing, of another shape, or out of its range.
     """
     classes = ClassTable.of(labels, config.mode)
-    nodes = _nodes(arrays)
+    nodes = unpack_nodes(arrays)
     n_leaves = int((nodes["leaf"] >= 0).sum())
     n_layers = 1 if classes.n_classes == classes.n_parts else 2
     probability = _scattered(arrays, "probability", "has_class", np.uint16, (n_leaves, classes.n_classes), ())
@@ -146,23 +142,6 @@ def _leaf_table(
         mode_mm.astype(np.float32) / np.float32(1000.0),
         units.astype(np.float32) / np.float32(WEIGHT_ONE),
     )
-
-
-def _nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
-    left = take_array(arrays, "left", np.int32, (None,))
-    n = len(left)
-    offsets = take_array(arrays, "offsets", np.float32, (n, 4))
-    nodes = np.zeros(n, NODE_DTYPE)
-    nodes["u"], nodes["v"] = offsets[:, :2], offsets[:, 2:]
-    nodes["left"] = left
-    nodes["threshold"] = take_array(arrays, "threshold", np.int32, (n,))
-    nodes["leaf"] = take_array(arrays, "leaf", np.int32, (n,))
-    if (nodes["leaf"] < -1).any() or (nodes["threshold"][nodes["leaf"] < 0] == LEAF_THRESHOLD).any():
-        raise ValueError("a node is neither a leaf nor a decision")
-    check_tree(nodes, int((nodes["leaf"] >= 0).sum()))
-    if np.abs(offsets).max(initial=0.0) > _LONGEST_PROBE_M:
-        raise ValueError(f"offsets of probes must be within {_LONGEST_PROBE_M} m")
-    return nodes
 
 
 def _scattered(
