@@ -34,7 +34,9 @@ class Runnable(Protocol):
 
 
 COMMANDS = {
-    "demo": Command("pipelines.demo", "DemoSettings", "make a small corpus and its contact sheet"),
+    "demo": Command(
+        "pipelines.demo", "DemoSettings", "the whole story at a small size: frames, forests, scores, report"
+    ),
     "generate": Command("pipelines.generate", "GenerateSettings", "make a corpus of labelled depth frames"),
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
     "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),

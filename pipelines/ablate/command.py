@@ -19,7 +19,8 @@ from pipelines.corpus.folder import locked_folder
 log = logging.getLogger(__name__)
 
 
-def _usable_cores() -> int:
+def usable_cores() -> int:
+    """Cores that this process may run on."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -40,7 +41,7 @@ class AblateSettings:
     config: Path | None = None
     out: Path = Path("out/ablation")
     questions: tuple[Question, ...] = ()
-    threads: int = field(default_factory=_usable_cores)
+    threads: int = field(default_factory=usable_cores)
     json: bool = False
 
     def __post_init__(self) -> None:

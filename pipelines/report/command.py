@@ -58,11 +58,15 @@ class ReportSettings:
     def run(self) -> int:
         """Writes the page and tells where."""
         out = self.out or self.folder / "report.html"
-        source = read_source(self.folder, self.corpus)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(out, report_page(source))
+        write_report(read_source(self.folder, self.corpus), out)
         log.info("%s", out)
         return 0
+
+
+def write_report(source: Source, out: Path) -> None:
+    """Writes the page to a file."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(out, report_page(source))
 
 
 def report_page(source: Source) -> str:

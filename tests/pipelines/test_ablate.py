@@ -290,3 +290,18 @@ def test_selections_keep_a_class_out_and_as_many_frames_in(finished):
         assert set(of["showing"]).isdisjoint(of["without"])
         assert len(of["as_many"]) == len(set(of["as_many"])) == len(of["without"])
     assert (Selection("train", 4).of(corpus) == corpus.split("train")[:4]).all()
+
+
+# The demo
+
+
+def test_the_demo_ends_with_the_table_and_the_report(tmp_path, capsys):
+    toml = tmp_path / "tiny.toml"
+    toml.write_text(TINY.replace("n_seeds = 2", "n_seeds = 1"))
+    out = tmp_path / "demo"
+    assert main(["demo", "--out", str(out), "--config", str(toml)]) == 0
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert lines[-1] == f"report: {out / 'report.html'}"
+    assert any(line.startswith("semantic ") for line in lines)
+    assert (out / "report.html").read_text().startswith("<!doctype html>")
+    assert (out / "inspect" / "sheet_00.png").exists()

@@ -102,9 +102,3 @@ def test_wrong_settings_are_one_line_and_touch_nothing(tmp_path, capsys, text, m
     assert err.startswith("undergrowth: error: ")
     assert err.count("\n") == 1
     assert not (tmp_path / "c").exists()
-
-
-def test_the_demo_ends_with_its_contact_sheet(tmp_path, capsys):
-    assert main(["demo", "--out", str(tmp_path / "d"), "--frames", "4"]) == 0
-    last = capsys.readouterr().out.strip().splitlines()[-1]
-    assert last == f"contact sheet: {tmp_path / 'd' / 'inspect' / 'sheet_00.png'}"
