@@ -1,24 +1,21 @@
 """Makes docs/reliability.png: how often joints that a forest calls p likely are right, on a corpus' test frames.
 
-python tools/reliability_picture.py --corpus DIR --training-frames 300 [--out docs/reliability.png]
+python tools/reliability_picture.py --corpus DIR --model FILE [--out docs/reliability.png]
 """
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.frames import FrameSequence, FrameSubset
-from forests.growing import GrowthConfig
+from forests.frames import FrameSequence
 from forests.oarf.calibrate import WITHIN_M, Reliability, reliability
-from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train
 from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
+from forests.oarf.storage import load_model
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
 
@@ -78,17 +75,14 @@ def write(image: NDArray[np.uint8], text: str, at: tuple[int, int], size: float 
 
 
 def main() -> None:
-    """Trains a small forest, asks it, draws."""
+    """Asks a forest about test frames, draws."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--corpus", type=Path, required=True)
-    parser.add_argument("--training-frames", type=int, default=300)
+    parser.add_argument("--model", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("docs/reliability.png"))
     options = parser.parse_args()
     corpus = Corpus.open(options.corpus)
-    training, validation, test = (CorpusFrames(corpus, corpus.split(name)) for name in ("train", "val", "test"))
-    some = FrameSubset(training, tuple(range(0, len(training), max(1, len(training) // options.training_frames))))
-    config = OARFConfig(growth=replace(GrowthConfig(), n_candidates=300))
-    draw(train(some, config, validation=validation, n_threads=2), test, options.out)
+    draw(load_model(options.model), CorpusFrames(corpus, corpus.split("test")), options.out)
 
 
 def draw(model: OARFModel, frames: FrameSequence, out: Path) -> None:
