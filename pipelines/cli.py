@@ -48,6 +48,7 @@ COMMANDS = {
     "report": Command("pipelines.report.command", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
+    "import depth": Command("pipelines.importing.depth", "DepthSettings", "make a corpus out of recorded depth"),
 }
 
 

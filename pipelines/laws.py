@@ -6,6 +6,7 @@ import numpy as np
 
 from pipelines.corpus import Header
 from synth.frame import Frame
+from synth.vocabulary import JointState
 
 LIMIT_SLACK = 1e-4
 """Joint angles are stored as float32; they may pass their limit by this [rad]."""
@@ -22,9 +23,17 @@ def _count(what: str, is_wrong: np.ndarray) -> Iterator[str]:
         yield f"{what} in {int(is_wrong.sum())} pixels"
 
 
+def _is_unlabelled(header: Header) -> bool:
+    """Whether the corpus is recorded depth without joints, whose pixels nothing can label."""
+    return bool(header.config.get("import", {}).get("parts") == "none")
+
+
 def _composite(frame: Frame, header: Header) -> Iterator[str]:
     person, thing = frame.part > 0, frame.occluder > 0
-    yield from _count("depth without a label, or a label without depth", (frame.depth > 0) != (person | thing))
+    is_wrong = (frame.depth > 0) != (person | thing)
+    if _is_unlabelled(header):
+        is_wrong = (frame.depth == 0) & (person | thing)
+    yield from _count("depth without a label, or a label without depth", is_wrong)
     yield from _count("a person and an object", person & thing)
     yield from _count("an object class without an instance, or the other way", (frame.instance > 0) != thing)
 
@@ -59,6 +68,9 @@ def _joints(frame: Frame, header: Header) -> Iterator[str]:
         share = getattr(frame, name)
         if ((share < 0) | (share > 1)).any():
             yield f"{name} is not in 0..1"
+    is_unknown = frame.joint_state == JointState.UNKNOWN
+    if frame.joints[is_unknown].any() or frame.joint_visible_fraction[is_unknown].any():
+        yield "an unknown joint has a place or a visible fraction"
     for i, (name, lower, upper) in enumerate(header.labels["angles"]):
         angle = float(frame.angles[i])
         if not lower - LIMIT_SLACK <= angle <= upper + LIMIT_SLACK:

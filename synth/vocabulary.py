@@ -89,3 +89,5 @@ class JointState(IntEnum):
     """Another part of the person does."""
     OUTSIDE = 3
     """The joint projects outside the image, or lies behind the camera."""
+    UNKNOWN = 4
+    """Not annotated, in recorded frames; its coordinates are 0."""

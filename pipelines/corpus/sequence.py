@@ -47,6 +47,7 @@ class CorpusFrames:
             depth = self.corpus.arrays("depth", [number], self.sensor)[0]
         state = self.corpus.arrays("joint_state", [number])[0]
         joints = self.corpus.arrays("joints", [number])[0]
+        joints[state == JointState.UNKNOWN] = np.nan
         is_occluded = state == JointState.OCCLUDED
         camera = self.corpus.camera(number)
         return DepthFrame(depth, label, body_depth, body_part, joints, is_occluded, camera)

@@ -93,10 +93,10 @@ def annotation_entry(frame: Frame) -> dict:
 
 
 def keypoint_visibility(joint_state: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """COCO's v of each joint: 2 visible, 1 in the image but hidden, 0 not in the image."""
+    """COCO's v of each joint: 2 visible, 1 in the image but hidden, 0 not in the image or unknown."""
     v = np.full(joint_state.shape, _V_HIDDEN)
     v[joint_state == JointState.VISIBLE] = _V_VISIBLE
-    v[joint_state == JointState.OUTSIDE] = _V_NOT_IN_IMAGE
+    v[(joint_state == JointState.OUTSIDE) | (joint_state == JointState.UNKNOWN)] = _V_NOT_IN_IMAGE
     return v
 
 

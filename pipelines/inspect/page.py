@@ -18,7 +18,13 @@ small { color: #666 }
 @media (prefers-color-scheme: dark) { body { background: #181614; color: #ddd } .bar { background: #333 }
        small { color: #999 } svg text { fill: #aaa } }
 """
-_STATE_COLOURS = {"visible": "#2dbe8e", "occluded": "#e16414", "self_occluded": "#e4d842", "outside": "#9a9a9a"}
+_STATE_COLOURS = {
+    "visible": "#2dbe8e",
+    "occluded": "#e16414",
+    "self_occluded": "#e4d842",
+    "outside": "#9a9a9a",
+    "unknown": "#6e3c6e",
+}
 
 
 def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -> str:

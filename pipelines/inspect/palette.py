@@ -12,9 +12,10 @@ INK = (235, 235, 235)
 FAINT = (150, 150, 150)
 PAPER = (24, 22, 20)
 NO_RETURN = (48, 44, 42)
-STATE_COLOURS = ((142, 190, 45), (20, 100, 225), (66, 228, 240), (170, 170, 170))
-"""Visible bluish green, occluded vermilion, self-occluded yellow, outside grey (after Okabe and Ito; BGR)."""
-STATE_MARKERS = ("dot", "cross", "ring", "square")
+STATE_COLOURS = ((142, 190, 45), (20, 100, 225), (66, 228, 240), (170, 170, 170), (110, 60, 110))
+"""Visible bluish green, occluded vermilion, self-occluded yellow, outside grey (after Okabe and Ito; BGR),
+unknown purple, which only tables show: an unknown joint has no place."""
+STATE_MARKERS = ("dot", "cross", "ring", "square", "square")
 """Marker of each joint state, so that it can be told without colour."""
 
 

@@ -116,7 +116,7 @@ def joints_picture(frame: Frame, scale: float = 1.0) -> Picture:
             cv2.line(dim, _pixel(places[a]), _pixel(places[b]), palette.INK, thick, cv2.LINE_AA)
     for place, state, is_shown in zip(places, frame.joint_state, in_front, strict=True):
         if is_shown:
-            draw_marker(dim, _pixel(place), int(state) % 4, radius)
+            draw_marker(dim, _pixel(place), int(state) % len(palette.STATE_MARKERS), radius)
     return dim
 
 
@@ -159,6 +159,8 @@ def _legend(width: int) -> Picture:
         x = _text(out, name, (x + 17, 19), palette.INK) + 16
     x += 20
     for state in JointState:
+        if state is JointState.UNKNOWN:
+            continue
         draw_marker(out, (x + 6, 14), int(state), 5)
         x = _text(out, "joint " + state.name.lower().replace("_", "-"), (x + 17, 19), palette.INK) + 16
     _text(out, "parts: the person's left light, right deep", (x + 20, 19), palette.INK)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from pipelines.corpus import Corpus
 from synth.vocabulary import JOINT_NAMES, JointState
 
+_TORSO = JOINT_NAMES.index("torso")
+
 
 @dataclass(frozen=True)
 class Histogram:
@@ -32,7 +34,7 @@ class Statistics:
         n_frames: Frames counted.
         joint_states: Share of each joint's frames by state name, by joint name.
         visible_fraction: Share of the person that the composite shows.
-        distance: Camera to torso joint [m].
+        distance: Camera to torso joint, where it is known [m].
         azimuth: Bearing of the camera seen from the person [deg]; 0 in front, positive to their left.
         counts: Frames by name, for each of "split", "scene family", "pose family", "objects' classes" (frames
             that hold one) and "camera".
@@ -55,8 +57,8 @@ def statistics_of(corpus: Corpus) -> Statistics:
     infos = [corpus.info(int(i)) for i in corpus.indices]
     states = corpus.arrays("joint_state")
     T_world_root, T_world_camera = corpus.arrays("T_world_root"), corpus.arrays("T_world_camera")
-    torso = corpus.arrays("joints")[:, JOINT_NAMES.index("torso")]
-    distances = np.linalg.norm(torso, axis=1)
+    is_known = states[:, _TORSO] != JointState.UNKNOWN
+    distances = np.linalg.norm(corpus.arrays("joints")[is_known, _TORSO], axis=1)
     objects = {item.spec_id: item.class_name for info in infos for item in info.objects}
     return Statistics(
         n_frames=len(infos),

@@ -18,7 +18,8 @@ VISIBLE_FRACTION_EDGES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 def by_state(truths: Truths) -> Groups:
     """By why a joint can or cannot be seen; `non_occluded` holds all that no object hides."""
-    groups = {state.name.lower(): truths.state == state for state in JointState}
+    told = [state for state in JointState if state is not JointState.UNKNOWN]
+    groups = {state.name.lower(): truths.state == state for state in told}
     return groups | {"non_occluded": truths.state != JointState.OCCLUDED}
 
 
