@@ -49,6 +49,7 @@ COMMANDS = {
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
     "import depth": Command("pipelines.importing.depth", "DepthSettings", "make a corpus out of recorded depth"),
+    "import meshes": Command("pipelines.importing.meshes", "MeshSettings", "make an object library out of meshes"),
 }
 
 

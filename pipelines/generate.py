@@ -15,7 +15,8 @@ from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
 from synth.bodies.poselib import read_library
 from synth.bodies.skeleton import DOFS
-from synth.scene import FrameSource, PoseMix, SceneConfig
+from synth.occluders import meshlib
+from synth.scene import FrameSource, ObjectMix, PoseMix, SceneConfig
 
 log = logging.getLogger(__name__)
 
@@ -34,6 +35,9 @@ class GenerateSettings:
         poses: Pose library (`undergrowth import mocap`) to take people's poses from besides the procedural ones.
         poses_share: Share of the frames that take from it.
         poses_splits: Splits that use it; the others stay procedural.
+        objects: Object library (`undergrowth import meshes`) to take objects from besides the procedural ones.
+        objects_share: Share of the draws of an object, of a class that it has, that take from it.
+        objects_splits: Splits that use it; the others stay procedural.
         scene: What the scenes are drawn from.
     """
 
@@ -46,6 +50,9 @@ class GenerateSettings:
     poses: Path | None = None
     poses_share: float = 0.5
     poses_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
+    objects: Path | None = None
+    objects_share: float = 0.5
+    objects_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
     scene: SceneConfig = field(default_factory=SceneConfig)
 
     @classmethod
@@ -71,7 +78,13 @@ class GenerateSettings:
             mix = make_mix(self.poses, self.poses_share, self.poses_splits)
             poses = functools.partial(make_mix, self.poses, mix.share, mix.splits, mix.library.digest)
             config["poses"] = {"digest": mix.library.digest, "share": mix.share, "splits": list(mix.splits)}
-        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer, poses)
+        objects = None
+        if self.objects is not None:
+            chosen = make_objects(self.objects, self.objects_share, self.objects_splits)
+            digest = chosen.library.digest
+            objects = functools.partial(make_objects, self.objects, chosen.share, chosen.splits, digest)
+            config["objects"] = {"digest": digest, "share": chosen.share, "splits": list(chosen.splits)}
+        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer, poses, objects)
         angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
         return Order(self.seed, self.frames, config, make, angles)
 
@@ -97,12 +110,24 @@ def make_mix(path: Path, share: float, splits: tuple[str, ...], digest: str | No
     return mix
 
 
+def make_objects(path: Path, share: float, splits: tuple[str, ...], digest: str | None = None) -> ObjectMix:
+    """An object library and how it is used; arguments and errors as for `make_mix`."""
+    try:
+        mix = ObjectMix(meshlib.read_library(path), share, splits)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    if digest is not None and mix.library.digest != digest:
+        raise UserError(f"{path} has changed since the corpus was begun")
+    return mix
+
+
 def make_source(
     scene: SceneConfig,
     seed: int,
     n_frames: int,
     renderer: str,
     poses: Callable[[], PoseMix] | None = None,
+    objects: Callable[[], ObjectMix] | None = None,
 ) -> FrameSource:
     """The frames of a corpus.
 
@@ -112,13 +137,15 @@ def make_source(
         n_frames: How many.
         renderer: Its name.
         poses: Reads the recorded poses, if any are used.
+        objects: Reads the imported objects, if any are used.
 
     Raises:
-        UserError: The renderer's library or device is missing, or the pose library cannot be used.
+        UserError: The renderer's library or device is missing, or a library cannot be used.
     """
     mix = None if poses is None else poses()
+    imported = None if objects is None else objects()
     try:
-        return FrameSource(scene, seed, n_frames, renderer, mix)
+        return FrameSource(scene, seed, n_frames, renderer, mix, imported)
     except (ImportError, RuntimeError) as error:
         raise UserError(f"renderer {renderer} does not start: {error}") from error
 
@@ -132,6 +159,9 @@ class _FileSettings:
     poses: Path | None = None
     poses_share: float = 0.5
     poses_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
+    objects: Path | None = None
+    objects_share: float = 0.5
+    objects_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
     scene: SceneConfig = field(default_factory=SceneConfig)
 
 

@@ -2,6 +2,7 @@
 
 from synth.scene.bases import PoseMix
 from synth.scene.config import SceneConfig, SceneWeights
+from synth.scene.objects import ObjectMix
 from synth.scene.source import FrameSource
 
-__all__ = ["FrameSource", "PoseMix", "SceneConfig", "SceneWeights"]
+__all__ = ["FrameSource", "ObjectMix", "PoseMix", "SceneConfig", "SceneWeights"]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from synth.bodies.poses import HandTarget, HandTargets
 from synth.geometry import inverse, rotation_about
+from synth.occluders import registry
 from synth.scene.bases import draw_arms_pose
 from synth.scene.draw import FOREARMS, THIGHS, TORSO, UPPER_ARMS, Person, SceneDraw
 from synth.scene.placement import PlacedObject, advance, pose_on_floor
@@ -77,7 +78,7 @@ def _slope(thighs: NDArray[np.float64], x: float, size: tuple[float, float]) -> 
 
 def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Person, PlacedObject] | None:
     """Puts a stroller's handle within reach before the person, then the hands on it."""
-    drawn = draw.place("stroller", np.eye(4))
+    drawn = draw.place("stroller", np.eye(4), registry.KINDS["stroller"])
     handle = drawn.occluder.anchor("handle_left").T_object_anchor[:3, 3]
     joints = person.joints()
     arm = float(np.linalg.norm(joints[6] - joints[4]) + np.linalg.norm(joints[8] - joints[6]))

@@ -13,8 +13,10 @@ from synth.bodies.shape import BodySpec, sample_body
 from synth.bodies.skin import make_body
 from synth.geometry import surface_points
 from synth.occluders import registry
+from synth.occluders.meshlib import MeshModel
 from synth.occluders.model import Occluder
 from synth.scene.config import DRAWS_PER_BLOCK, SPLITS, SceneConfig
+from synth.scene.objects import ObjectMix
 from synth.vocabulary import OCCLUDER_CODE
 
 Key = TypeVar("Key")
@@ -70,14 +72,17 @@ class Pools:
     Args:
         config: How many frames share a subject or object.
         seed: The corpus seed.
+        imported: Imported objects among the procedural ones.
     """
 
-    def __init__(self, config: SceneConfig, seed: int) -> None:
+    def __init__(self, config: SceneConfig, seed: int, imported: ObjectMix | None = None) -> None:
         self._config = config
         self._seed = seed
         self._subjects: OrderedDict[tuple[str, int, str], Subject] = OrderedDict()
         self._specs: OrderedDict[tuple[str, int], BodySpec] = OrderedDict()
         self._objects: OrderedDict[tuple[str, str, int], PooledObject] = OrderedDict()
+        self._imported = imported
+        self._models: OrderedDict[str, PooledObject] = OrderedDict()
 
     def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator, is_seated: bool) -> Subject:
         """One of the subjects of the frame's block, dressed for a seat if they sit."""
@@ -92,8 +97,12 @@ class Pools:
     ) -> PooledObject:
         """One of the class's objects of the frame's block; of one of the kinds, if any are given.
 
-        A block's objects take the kinds in turn, so that every block has several.
+        A block's objects take the kinds in turn, so that every block has several. Imported objects are drawn from
+        all of the split's, of which only those with a role among the kinds will do, if any are given.
         """
+        model = None if self._imported is None else self._imported.draw(class_name, split, kinds, rng)
+        if model is not None:
+            return _cached(self._models, model.name, _MAX_OBJECTS, lambda: _pooled(model))
         kinds = kinds or registry.KINDS[class_name]
         number = _draw_number(frame_idx, self._config.frames_per_object, rng)
         kind = kinds[number % len(kinds)]
@@ -119,6 +128,11 @@ class Pools:
         return PooledObject(
             spec_id, registry.to_plain(spec), occluder, surface_points(occluder.mesh, SURFACE_SPACING)
         )
+
+
+def _pooled(model: MeshModel) -> PooledObject:
+    spec: dict[str, object] = {"kind": "imported", "name": model.name}
+    return PooledObject(model.spec_id, spec, model.occluder, surface_points(model.occluder.mesh, SURFACE_SPACING))
 
 
 def dressed_to_sit(spec: BodySpec) -> BodySpec:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.bodies.poses import seat_depth_of, seat_height_of
+from synth.occluders import registry
 from synth.occluders.distance import place
 from synth.occluders.sweep import free_way
 from synth.scene.bases import draw_base_pose
@@ -43,6 +44,7 @@ def seat_person(
         The person and the seat, or None if they do not fit.
     """
     fitting = seat_height_of(subject.body)
+    kinds = kinds or registry.KINDS["chair"]
     drawn = [draw.place("chair", np.eye(4), kinds) for _ in range(SEATS_TO_CHOOSE_FROM)]
     seat = min(drawn, key=lambda item: abs(_seat_height(item) - fitting))
     height = _seat_height(seat)

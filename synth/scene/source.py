@@ -15,6 +15,7 @@ from synth.scene.bases import PoseMix
 from synth.scene.config import SPLITS, SceneConfig
 from synth.scene.draw import Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family, without_context
+from synth.scene.objects import ObjectMix
 from synth.scene.placement import PlacedObject
 from synth.scene.pools import Pools
 from synth.scene.soundness import is_sound
@@ -46,6 +47,7 @@ class FrameSource:
         n_frames: Length of the corpus.
         renderer: Name of the renderer, "numba" or "pyrender".
         poses: Recorded poses among the procedural ones.
+        objects: Imported objects among the procedural ones.
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class FrameSource:
         n_frames: int,
         renderer: str = "numba",
         poses: PoseMix | None = None,
+        objects: ObjectMix | None = None,
     ) -> None:
         if not 0 <= seed < 2**63:
             raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
@@ -65,7 +68,7 @@ class FrameSource:
         self.counts = config.splits.counts(n_frames)
         self._camera = config.make_camera()
         self._renderer = backends.renderer(renderer, self._camera)
-        self._pools = Pools(config, seed)
+        self._pools = Pools(config, seed, objects)
         self._poses = poses
 
     def __len__(self) -> int:

@@ -1,0 +1,78 @@
+"""Reads mesh files and URDFs with the libraries of undergrowth[import], which are loaded only here."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipelines.errors import UserError
+from synth.occluders.imported.shape import MeshError, Triangles
+
+USUAL_UP: dict[str, str] = {
+    ".obj": "y",
+    ".glb": "y",
+    ".gltf": "y",
+    ".dae": "z",
+    ".ply": "z",
+    ".stl": "z",
+    ".urdf": "z",
+}
+"""Extensions that are read, and the axis that such files mostly have up."""
+
+
+def read_mesh(path: Path, seed: int) -> Triangles:
+    """All triangles of a file.
+
+    Args:
+        path: Any of `USUAL_UP`.
+        seed: Of the joints' positions in a URDF, drawn within their limits from it and the file's name.
+
+    Raises:
+        MeshError: It cannot be read; the libraries' own errors are taken for that.
+        UserError: The library that reads it is missing.
+    """
+    is_urdf = path.suffix.lower() == ".urdf"
+    library = _imported("yourdfpy" if is_urdf else "trimesh")
+    try:
+        scene = _urdf_scene(library, path, seed) if is_urdf else library.load_scene(path, process=False)
+        mesh = scene.to_mesh()
+    except Exception as error:  # the readers raise whatever their parsers do
+        raise MeshError(
+            f"cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
+        ) from None
+    faces = getattr(mesh, "faces", None)
+    if faces is None or not len(faces):
+        raise MeshError("has no triangles")
+    return Triangles(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
+
+
+def usual_up(path: Path) -> str:
+    """The axis that files of this extension mostly have up."""
+    return USUAL_UP[path.suffix.lower()]
+
+
+def usual_unit(path: Path) -> str | None:
+    """The unit that a format prescribes, if it does."""
+    return "m" if path.suffix.lower() in (".glb", ".gltf", ".urdf") else None
+
+
+def _imported(name: str) -> Any:
+    try:
+        return __import__(name)
+    except ImportError as error:
+        raise UserError(f"import meshes needs {name}: pip install 'undergrowth[import]' ({error})") from None
+
+
+def _urdf_scene(yourdfpy: Any, path: Path, seed: int) -> Any:
+    """The scene of a URDF with its joints somewhere within their limits."""
+    urdf = yourdfpy.URDF.load(str(path), build_scene_graph=True, load_meshes=True)
+    digest = hashlib.sha256(f"{seed}/{path.stem}".encode()).digest()
+    rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))
+    places = []
+    for name in urdf.actuated_joint_names:
+        limit = urdf.joint_map[name].limit
+        low, high = (-np.pi, np.pi) if limit is None or limit.lower is None else (limit.lower, limit.upper)
+        places.append(float(rng.uniform(low, high)))
+    urdf.update_cfg(places)
+    return urdf.scene

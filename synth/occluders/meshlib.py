@@ -1,0 +1,194 @@
+"""MeshLibrary: imported models in one file that needs neither their files nor their readers."""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+from synth.geometry import LabelledMesh
+from synth.occluders.imported.boxes import solids_of
+from synth.occluders.model import Anchor, Occluder
+
+KIND = "undergrowth object library"
+VERSION = 1
+SPLITS: tuple[str, ...] = ("train", "val", "test")
+_HEADER = "undergrowth"
+_ARRAYS = {"vertices": ("float32", 3), "faces": ("int32", 3), "boxes": ("float64", 6)}
+
+
+class MeshLibraryError(ValueError):
+    """A file that is no object library or is damaged."""
+
+
+@dataclass(frozen=True)
+class MeshModel:
+    """One model, in the frame of an `Occluder`.
+
+    Attributes:
+        name: What it is called; once in a library.
+        class_name: Name in `OCCLUDER_CLASSES`.
+        role: The kind of procedural object that it can stand in for; "obstacle" if nobody uses it.
+        split: The one split that it belongs to.
+        frame: Unit and up axis of its file, in words.
+        anchors: What people and things touch.
+        vertices: (n, 3) float32 [m].
+        faces: (m, 3) int32.
+        boxes: (k, 6) float64 lower and upper corners of what fills it [m].
+        is_closed: Whether back faces are never seen.
+    """
+
+    name: str
+    class_name: str
+    role: str
+    split: str
+    frame: str
+    anchors: tuple[Anchor, ...]
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    boxes: NDArray[np.float64]
+    is_closed: bool
+
+    def __post_init__(self) -> None:
+        for name, (dtype, width) in _ARRAYS.items():
+            array = getattr(self, name)
+            if array.dtype != dtype or array.ndim != 2 or array.shape[1] != width or not len(array):
+                raise MeshLibraryError(f"{name} is {array.dtype} {array.shape}, must be {dtype} (n, {width})")
+        if self.faces.min() < 0 or self.faces.max() >= len(self.vertices):
+            raise MeshLibraryError(f"a face of {self.name} names a vertex that there is not")
+        if self.split not in SPLITS:
+            raise MeshLibraryError(f"split={self.split!r} of {self.name} must be one of {', '.join(SPLITS)}")
+
+    @cached_property
+    def occluder(self) -> Occluder:
+        """The model as the generator uses it."""
+        label = np.zeros(len(self.faces), dtype=np.uint8)
+        mesh = LabelledMesh(self.vertices, self.faces, label, self.is_closed)
+        return Occluder(self.class_name, mesh, solids_of(self.boxes), self.anchors)
+
+    @property
+    def spec_id(self) -> str:
+        """Identifier in the corpus."""
+        return f"imported/{self.class_name}/{self.split}/{self.name}"
+
+    def header(self) -> dict[str, object]:
+        """All but the arrays, as JSON values."""
+        anchors = [
+            {"name": a.name, "T_object_anchor": a.T_object_anchor.tolist(), "size": list(a.size), "shape": a.shape}
+            for a in self.anchors
+        ]
+        plain = {n: getattr(self, n) for n in ("name", "class_name", "role", "split", "frame", "is_closed")}
+        return plain | {"anchors": anchors}
+
+
+@dataclass(frozen=True)
+class MeshLibrary:
+    """Models by their order in the file.
+
+    Attributes:
+        models: They, each name once.
+        settings: What the library was made with, as JSON values.
+    """
+
+    models: tuple[MeshModel, ...]
+    settings: dict[str, object]
+
+    def __post_init__(self) -> None:
+        names = [model.name for model in self.models]
+        if len(set(names)) != len(names):
+            raise MeshLibraryError(f"model {max(names, key=names.count)!r} is there twice")
+
+    def of(self, split: str, class_name: str | None = None) -> tuple[MeshModel, ...]:
+        """The models of a split, of one class if it is given."""
+        return tuple(m for m in self.models if m.split == split and class_name in (None, m.class_name))
+
+    def model(self, name: str) -> MeshModel:
+        """The model of that name.
+
+        Raises:
+            KeyError: There is none; the message lists those there are.
+        """
+        for model in self.models:
+            if model.name == name:
+                return model
+        raise KeyError(f"the library has no model {name!r}, only {[m.name for m in self.models]}")
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of everything in it."""
+        total = hashlib.sha256(json.dumps(self._header(), sort_keys=True).encode())
+        for model in self.models:
+            for name in _ARRAYS:
+                total.update(np.ascontiguousarray(getattr(model, name)).tobytes())
+        return total.hexdigest()
+
+    def _header(self) -> dict[str, object]:
+        models = [model.header() for model in self.models]
+        return {"kind": KIND, "version": VERSION, "settings": self.settings, "models": models}
+
+
+def write_library(path: Path, library: MeshLibrary) -> None:
+    """Writes a library beside its place and renames it, so that the file is whole or absent.
+
+    Args:
+        path: The file; an old one is replaced.
+        library: The models.
+    """
+    arrays = {
+        f"{k:05d}.{name}": np.ascontiguousarray(getattr(model, name))
+        for k, model in enumerate(library.models)
+        for name in _ARRAYS
+    }
+    header = json.dumps(library._header() | {"digest": library.digest}, sort_keys=True)
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with temporary.open("wb") as file:
+            file.write(save(arrays, metadata={_HEADER: header}))
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def read_library(path: Path) -> MeshLibrary:
+    """Reads a library and checks it to the last byte.
+
+    Raises:
+        MeshLibraryError: There is none, it is damaged or of another version.
+    """
+    if not path.is_file():
+        raise MeshLibraryError(f"there is no object library {path}")
+    try:
+        with safe_open(path, framework="numpy") as file:
+            text = (file.metadata() or {}).get(_HEADER, "{}")
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - no mapping
+        header = json.loads(text)
+    except (SafetensorError, json.JSONDecodeError) as error:
+        raise MeshLibraryError(f"{path} is no object library or damaged: {error}") from None
+    if header.get("kind") != KIND or header.get("version") != VERSION:
+        raise MeshLibraryError(f"{path} is no {KIND} of version {VERSION}")
+    try:
+        models = tuple(_model(k, plain, arrays) for k, plain in enumerate(header["models"]))
+        library = MeshLibrary(models, header["settings"])
+    except (KeyError, TypeError, MeshLibraryError) as error:
+        raise MeshLibraryError(f"{path} is damaged: {error}") from None
+    if library.digest != header.get("digest"):
+        raise MeshLibraryError(f"{path} is damaged: its digest does not fit its contents")
+    return library
+
+
+def _model(k: int, plain: dict[str, object], arrays: dict[str, NDArray]) -> MeshModel:
+    anchors = tuple(
+        Anchor(a["name"], np.array(a["T_object_anchor"]), tuple(a["size"]), a["shape"])
+        for a in plain["anchors"]  # type: ignore[attr-defined]
+    )
+    given = {name: arrays[f"{k:05d}.{name}"] for name in _ARRAYS}
+    return MeshModel(**(plain | {"anchors": anchors} | given))  # type: ignore[arg-type]
