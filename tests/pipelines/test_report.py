@@ -362,6 +362,15 @@ def test_examples_are_the_frames_at_the_quantiles(page, answers, truths):
     assert told == sorted(told, reverse=True)
 
 
+def test_examples_are_frames_in_which_something_is_hidden_if_there_are_any(tmp_path, toy_corpus, truths):
+    is_bare = (np.arange(len(truths)) % 3 > 0)[:, None] & (truths.state == JointState.OCCLUDED)
+    partly = replace(truths, state=np.where(is_bare, JointState.OUTSIDE, truths.state).astype(np.uint8))
+    text = page_of(tmp_path, toy_corpus, answers_of(partly, ("occluders", "semantic")))
+    numbers = {int(n) for n in re.findall(r'id="frame-(\d+)"', text)}
+    assert numbers <= set(truths.frame[::3].tolist())
+    assert "hides a joint (10) are ordered" in text
+
+
 def test_a_frame_is_shown_once_and_the_earlier_of_equals():
     rows, gain = np.array([4, 7, 9]), np.array([0.0, 0.0, 0.0])
     shown = at_quantiles(rows, gain, (Place(1.0, "most"), Place(0.0, "least"), Place(0.1, "few")))
@@ -383,12 +392,14 @@ def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, t
         return Contestant(path.stem, Labeller(), truths.joints, Classes()), {}
 
     monkeypatch.setattr("pipelines.report.sections.gallery.load_contestant", load)
-    answers = answers_of(truths, ("occluders", "semantic", "rwf"))
-    page = page_of(tmp_path, toy_corpus, answers, models=("semantic", "rwf"))
+    answers = answers_of(truths, ("baseline", "occluders", "semantic", "rwf"))
+    made = write_folder(tmp_path / "a", toy_corpus, answers, models=("baseline", "semantic", "rwf"))
+    (made / "models/baseline-0.safetensors").write_bytes(b"another forest")
+    page = report_page(read_source(made, toy_corpus.path))
     assert asked == ["semantic-0.safetensors"]
     assert page.count('alt="labels, with semantics"') == page.count('alt="depth"') > 0
     assert 'alt="labels, without semantics"' not in page
-    assert "labels of pixels of OARF without semantics; their models are not there" in page
+    assert "labels of pixels of Baseline, OARF without semantics; their models are not there" in page
 
 
 # What is missing
@@ -438,16 +449,20 @@ def test_methods_of_other_joints_stand_side_by_side(tmp_path, toy_corpus, truths
 
 
 def test_probabilities_are_held_against_what_happened(tmp_path, toy_corpus, truths):
-    answers = answers_of(truths, ("baseline", "semantic"))
+    xyz, probability = truths.xyz.copy(), np.full(truths.state.shape, 0.95, np.float32)
+    xyz[:, 0], probability[:19, 1] = np.nan, 0.05
+    partly = replace(truths, xyz=xyz)
+    answers = answers_of(partly, ("baseline", "semantic"))
+    # Right wherever there is a truth; nineteen joints are too few for a point of their own.
     sure = replace(
         answers["baseline"][0],
-        proposals=np.repeat(truths.xyz[:, :, None], 3, axis=2),
-        probability=np.full(truths.state.shape, 0.95, np.float32),
+        proposals=np.repeat(np.nan_to_num(xyz, nan=1.0)[:, :, None], 3, axis=2),
+        probability=probability,
     )
     text = page_of(tmp_path, toy_corpus, {**answers, "baseline": [sure]}, with_corpus=False)
     own = section(text, "reliability")
     assert own.count('role="img"') == 1
-    assert '<circle cx="350.0" cy="10.0"' in own
+    assert re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', own.split("</ul>")[1]) == [("350.0", "10.0")]
     assert "OARF with semantics" not in own
 
 
