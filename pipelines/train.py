@@ -25,6 +25,7 @@ from pipelines.metrics import errors, read_truths
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.predictions import contestant_of, predict_frames
 from pipelines.settings import from_table, read_toml
+from synth.vocabulary import JointState
 
 log = logging.getLogger(__name__)
 
@@ -106,6 +107,8 @@ class TrainSettings:
         frames, validation = (self._frames(corpus, split) for split in ("train", "val"))
         if not len(frames):
             raise UserError(f"{self.corpus} has no frames of the split train")
+        for used in (frames, validation):
+            _refuse_unknown_joints(used)
         kind = KINDS[self.kind]()
         facts = {
             "corpus": corpus.digest,
@@ -210,6 +213,19 @@ class _FileSettings:
     threads: int = 1
     overwrite: bool = False
     forest: dict[str, Any] = field(default_factory=dict)
+
+
+def _refuse_unknown_joints(frames: CorpusFrames) -> None:
+    """Forests learn every joint from every frame.
+
+    Raises:
+        UserError: Recorded frames that lack joints.
+    """
+    states = frames.corpus.arrays("joint_state", frames.indices)
+    lacking = np.flatnonzero((states == JointState.UNKNOWN).any(axis=0))
+    if len(lacking):
+        names = ", ".join(LABELS.joints[joint] for joint in lacking)
+        raise UserError(f"{frames.corpus.path} cannot be trained on: its recordings do not tell {names}")
 
 
 def _section(table: dict[str, Any], path: Path) -> dict[str, Any]:

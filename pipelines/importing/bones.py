@@ -57,7 +57,7 @@ _LIMBS = (
     ),
     _Bone("{s}_hip", "{s}_knee", 1.0, 0.20, ("{s}u_leg", "{s}_knee"), (0.87,)),
     _Bone(
-        "{s}_knee", "{s}_foot", 1.1, 0.17, ("{s}_knee", "{s}w_leg", "{s}_ankle", "{s}_foot"), (0.13, 0.77, 0.88)
+        "{s}_knee", "{s}_foot", 1.1, 0.17, ("{s}_knee", "{s}w_leg", "{s}_ankle", "{s}_foot"), (0.13, 0.73, 0.84)
     ),
 )
 _TABLE = tuple((bone, None) for bone in _MIDDLE) + tuple((bone, side) for bone in _LIMBS for side in "rl")

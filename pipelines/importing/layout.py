@@ -145,6 +145,8 @@ class Layout:
             raise ValueError(f"files={self.files!r} must hold one * at most")
         if not self.mm_per_unit > 0.0:
             raise ValueError(f"mm_per_unit={self.mm_per_unit} must be positive")
+        if self.format == "itop" and self.annotation is None:
+            raise ValueError("format='itop' needs [annotation]")
         self.pinhole("")
 
     def pinhole(self, name: str) -> Camera:

@@ -111,16 +111,15 @@ class RecordedFrames:
     def _read(self, entry: Entry) -> tuple[DepthImage, Skeleton]:
         annotation = self.layout.annotation
         if self.layout.format == "itop":
-            depth, table = read_row(self._indices[entry.path], entry.row, self.layout)
+            assert annotation is not None
+            index = self._indices[entry.path]
+            depth, table = read_row(index, entry.row, self.layout)
+            checked_joints(table, annotation, f"frame {entry.row} of {index.labels}")
         else:
             depth = read_image(entry.path, self.layout)
             if annotation is None:
                 return depth, NOBODY
             table = read_joint_file(_partner(entry.path, self.layout), annotation)
-        if annotation is None:
-            return depth, NOBODY
-        what = f"{entry.path} (frame {entry.row})" if self.layout.format == "itop" else f"joints of {entry.path}"
-        table = checked_joints(table, annotation, what)
         return depth, as_ours(table, annotation, self._camera, self.options.is_shifted)
 
     def _framed(self, index: int, image: DepthImage, part: NDArray[np.uint8], skeleton: Skeleton) -> Frame:

@@ -1,0 +1,348 @@
+"""Recorded depth becomes a corpus: readers, labels along the surface, splits, unknown joints, bad input."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from pipelines.cli import main
+from pipelines.corpus import Corpus
+from pipelines.errors import UserError
+from pipelines.generate import generate
+from pipelines.importing import geodesic
+from pipelines.importing.bones import bones_of
+from pipelines.importing.depth import DepthSettings, parse_shares
+from pipelines.importing.foreground import cut_out, drop_blobs
+from pipelines.importing.layout import Box, Layout, known_layouts, read_layout
+from pipelines.importing.readers import read_image
+from pipelines.laws import broken_laws
+from pipelines.metrics import read_truths
+from pipelines.metrics.groups import by_state
+from pipelines.train import TrainOarfSettings
+from pipelines.verify import faults
+from synth.camera import Camera
+from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
+
+REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
+CAMERA = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
+NAMES = list(known_layouts()["itop"].annotation.names)
+LAYOUT = """
+recognised_by = []
+files = "d_*.{format}"
+format = "{format}"
+width = 64
+height = 48
+camera = {{ fx = 60.0, fy = 60.0, cx = 31.5, cy = 23.5 }}
+"""
+ANNOTATION = """
+[annotation]
+files = "j_{{}}.txt"
+y_up = true
+names = {names}
+joints = {{ {joints} }}
+"""
+
+
+def standing(x_m=0.0):
+    """(15, 3) joints of somebody who faces the camera at 2 m [m]; their right is on the image's left."""
+    by_name = {
+        "head": (0, -0.6), "neck": (0, -0.4), "torso": (0, -0.1), "shoulder": (0.18, -0.35), "elbow": (0.4, -0.35),
+        "hand": (0.6, -0.35), "hip": (0.1, 0.15), "knee": (0.12, 0.45), "foot": (0.14, 0.7),
+    }  # fmt: skip
+    out = []
+    for name in JOINT_NAMES:
+        x, y = by_name[name.removeprefix("r_").removeprefix("l_")]
+        out.append((-x if name.startswith("r_") else x, y, 2.0))
+    return np.array(out) + np.array([x_m, 0.0, 0.0])
+
+
+def silhouette(joints):
+    """(48, 64) uint16 [mm]: discs along all bones, 5 cm before them."""
+    image = np.zeros((48, 64), np.uint8)
+    bones = bones_of(joints)
+    for start, end in zip(CAMERA.project(bones.start), CAMERA.project(bones.end), strict=True):
+        cv2.line(image, [round(v) for v in start], [round(v) for v in end], 1, 4)
+    return (image * np.uint16(1950)).astype(np.uint16)
+
+
+def write_layout(folder, format="png", joints=None):
+    used = NAMES if joints is None else joints
+    text = LAYOUT.format(format=format)
+    if used:
+        text += ANNOTATION.format(names=json.dumps(NAMES), joints=", ".join(f'{n} = "{n}"' for n in used))
+    (folder / "layout.toml").write_text(text)
+    return str(folder / "layout.toml")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Ten frames, numbered so that names do not sort as numbers do, walking to the image's right."""
+    out = tmp_path / "recording"
+    out.mkdir()
+    for number in range(10):
+        joints = standing(0.01 * number)
+        cv2.imwrite(str(out / f"d_{number + 5}.png"), silhouette(joints))
+        theirs = joints[[JOINT_NAMES.index(name) for name in NAMES]] * [1, -1, 1]
+        np.savetxt(out / f"j_{number + 5}.txt", theirs)
+    return out
+
+
+def imported(folder, layout, out=None, **settings):
+    out = folder.parent / "corpus" if out is None else out
+    order = DepthSettings(folder, out, layout, **settings).order()[1]
+    generate(out, order)
+    return Corpus.open(out)
+
+
+def test_a_recording_becomes_a_sound_corpus_with_its_joints_and_order(folder):
+    corpus = imported(folder, write_layout(folder))
+    assert list(faults(corpus)) == []
+    assert (corpus.split("test") == np.arange(10)).all()
+    np.testing.assert_allclose(corpus[3].joints, standing(0.03), atol=1e-6)
+    assert (corpus[3].depth == silhouette(standing(0.03))).all()
+    assert (corpus[3].joint_state == JointState.VISIBLE).sum() >= 12
+    assert (corpus[3].part > 0).sum() == (corpus[3].depth > 0).sum()
+
+
+def test_labels_lie_where_the_joints_are_and_right_is_the_persons_right(folder):
+    frame = imported(folder, write_layout(folder))[0]
+    for joint, part in {"r_hand": "r_hand", "l_hand": "l_hand", "r_knee": "r_knee", "l_knee": "l_knee"}.items():
+        u, v = np.rint(frame.joints_2d[JOINT_NAMES.index(joint)]).astype(int)
+        assert PART_NAMES[frame.part[v, u]] == part
+    lowest = np.flatnonzero(frame.part.any(axis=1))[-1]
+    assert {PART_NAMES[label] for label in frame.part[lowest]} == {"background", "l_foot", "r_foot"}
+    u = {name: np.nonzero(frame.part == PART_NAMES.index(name))[1].mean() for name in ("lu_torso", "ru_torso")}
+    assert u["ru_torso"] < u["lu_torso"]
+
+
+def test_unknown_joints_are_skipped_by_metrics_and_refused_by_training(folder):
+    known = [name for name in NAMES if not name.endswith("_hip")]
+    corpus = imported(folder, write_layout(folder, joints=known), splits="train=0.5,val=0.5")
+    hips = [JOINT_NAMES.index(name) for name in ("r_hip", "l_hip")]
+    assert list(faults(corpus)) == []
+    assert (corpus.arrays("joint_state")[:, hips] == JointState.UNKNOWN).all()
+    assert not corpus.arrays("joints")[:, hips].any()
+    assert not corpus[0].joints_2d[hips].any()
+    truths = read_truths(corpus, corpus.indices)
+    assert np.isnan(truths.xyz[:, hips]).all()
+    assert np.isfinite(np.delete(truths.xyz, hips, axis=1)).all()
+    assert not any(group[:, hips].any() for name, group in by_state(truths).items() if name != "non_occluded")
+    with pytest.raises(UserError, match="do not tell r_hip, l_hip"):
+        TrainOarfSettings(corpus.path, folder / "model.safetensors").run()
+    moved = replace(corpus[0], joints=np.ones((15, 3), np.float32))
+    assert any("unknown joint" in sentence for sentence in broken_laws(moved, corpus.header))
+
+
+def test_without_joints_pixels_have_depth_and_no_label(folder):
+    corpus = imported(folder, write_layout(folder, joints=[]))
+    assert list(faults(corpus)) == []
+    frame = corpus[0]
+    assert frame.depth.any()
+    assert not frame.part.any()
+    assert (frame.joint_state == JointState.UNKNOWN).all()
+
+
+def test_splits_follow_the_order_and_subjects_are_apart(folder):
+    corpus = imported(folder, write_layout(folder), splits="train=0.5,val=0,test=0.5")
+    assert corpus.split("train").tolist() == [0, 1, 2, 3, 4]
+    assert corpus.split("test").tolist() == [5, 6, 7, 8, 9]
+    assert corpus.info(0).subject_id != corpus.info(9).subject_id
+
+
+@pytest.mark.parametrize("text", ["train=0.5", "train=a,test=1", "all=1", "train=-1,test=2"])
+def test_shares_that_are_none_are_refused(text):
+    with pytest.raises(UserError, match="splits="):
+        parse_shares(text)
+
+
+def test_every_takes_one_frame_of_so_many_and_bytes_do_not_depend_on_workers(folder, bytes_of):
+    layout = write_layout(folder)
+    one = imported(folder, layout, every=3)
+    assert [one.info(i).pose_id for i in range(4)] == [f"layout/d_{n}" for n in (5, 8, 11, 14)]
+    other = imported(folder, layout, folder.parent / "other", every=3, workers=2)
+    assert bytes_of(one.path) == bytes_of(other.path)
+
+
+@pytest.mark.parametrize("big_endian", [False, True])
+def test_all_formats_give_the_same_depth(tmp_path, big_endian):
+    depth = silhouette(standing())
+    layout = Layout("*", "png", 64, 48, known_layouts()["itop"].camera, big_endian=big_endian)
+    cv2.imwrite(str(tmp_path / "d.png"), depth)
+    np.save(tmp_path / "d.npy", depth / 1000.0)
+    depth.astype(">u2" if big_endian else "<u2").tofile(tmp_path / "d.raw")
+    v, u = np.indices(depth.shape)
+    cloud = np.stack([u, v, np.where(depth > 0, depth / 1000.0, np.nan)], axis=2).reshape(-1, 3)
+    head = (
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 64\nHEIGHT 48\nPOINTS 3072\nDATA "
+    )
+    text = "\n".join(" ".join(f"{v:.4f}" for v in row) for row in cloud)
+    fields = cloud.astype("<f4").T.tobytes()
+    literals = b"".join(
+        bytes([len(fields[i : i + 32]) - 1]) + fields[i : i + 32] for i in range(0, len(fields), 32)
+    )
+    bodies = {
+        "ascii": text.encode(),
+        "binary": cloud.astype("<f4").tobytes(),
+        "binary_compressed": np.array([len(literals), len(fields)], "<u4").tobytes() + literals,
+    }
+    for way, body in bodies.items():
+        (tmp_path / f"{way}.pcd").write_bytes(head.encode() + way.encode() + b"\n" + body)
+    for path in sorted(tmp_path.iterdir()):
+        image = read_image(path, replace(layout, format=path.suffix[1:]))
+        assert (image == depth).all(), path.name
+
+
+def test_packed_copies_repeat_what_was_written():
+    from pipelines.importing.pcd import _unpack
+
+    out = np.empty(8, np.uint8)
+    # Two literals 7 and 9, then six bytes from two places back.
+    assert _unpack(np.array([1, 7, 9, (4 << 5), 1], np.uint8), out) == 8
+    assert out.tolist() == [7, 9] * 4
+    assert _unpack(np.array([(4 << 5), 1], np.uint8), out) == -1
+
+
+def test_itop_reads_back_what_is_exported(folder):
+    pytest.importorskip("h5py")
+    corpus = imported(folder, write_layout(folder))
+    assert (
+        main(["export", str(corpus.path), "--to", "itop", "--out", str(folder / "itop"), "--split", "test"]) == 0
+    )
+    text = (Path(geodesic.__file__).parent / "layouts" / "itop.toml").read_text()
+    for old, new in {"width = 320": "width = 64", "height = 240": "height = 48", "285.714": "60.0",
+                     "cx = 160.0": "cx = 31.5", "cy = 120.0": "cy = 23.5"}.items():  # fmt: skip
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "small.toml").write_text(text)
+    again = imported(folder / "itop", str(folder / "small.toml"), folder.parent / "again")
+    assert list(faults(again)) == []
+    np.testing.assert_allclose(again.arrays("joints"), corpus.arrays("joints"), atol=1e-6)
+    assert np.abs(again.arrays("depth").astype(int) - corpus.arrays("depth")).max() <= 1
+
+
+def nearest_along_the_surface(depth, distance, camera):
+    """The obvious twin of the labels' spreading: shortest paths from each seed by scipy."""
+    v, u = np.nonzero(depth)
+    points = camera.backproject(np.stack([u, v], axis=1), depth[v, u] / 1000.0)
+    mm = depth[v, u].astype(int)
+    touch = (np.abs(v[:, None] - v) <= 1) & (np.abs(u[:, None] - u) <= 1) & (np.abs(mm[:, None] - mm) <= 60)
+    a, b = np.nonzero(touch)
+    step = np.linalg.norm(points[a] - points[b], axis=1)
+    seeds = np.flatnonzero(np.isfinite(distance[v, u]))
+    graph = coo_array((step + 1e-12, (a, b)), shape=(len(v), len(v)))
+    return v, u, (dijkstra(graph, indices=seeds) + distance[v, u][seeds][:, None]).min(axis=0)
+
+
+def test_distances_along_the_surface_equal_scipys():
+    rng = np.random.default_rng(5)
+    depth = np.where(silhouette(standing()) > 0, 1950 + rng.integers(-45, 45, (48, 64)), 0).astype(np.uint16)
+    bones = bones_of(standing())
+    intrinsics = (60.0, 60.0, 31.5, 23.5)
+    points = geodesic._lift(depth, intrinsics)
+    distance, bone = np.full(depth.shape, np.inf), np.full(depth.shape, -1, np.int16)
+    geodesic._seed(points, bones, intrinsics, distance, bone)
+    v, u, expected = nearest_along_the_surface(depth, distance.copy(), CAMERA)
+    geodesic._spread(depth, points, distance, bone)
+    np.testing.assert_allclose(distance[v, u], expected, atol=1e-9)
+
+
+def test_an_arm_before_the_trunk_keeps_its_label():
+    joints = standing()
+    hand, elbow = JOINT_NAMES.index("l_hand"), JOINT_NAMES.index("l_elbow")
+    depth = silhouette(joints)
+    joints[elbow], joints[hand] = (0.3, -0.1, 1.7), (0.0, -0.1, 1.6)
+    depth[20:23, 30:43] = 1570
+    part = geodesic.label_parts(depth, bones_of(joints), CAMERA)
+    arm = {PART_NAMES.index(name) for name in ("l_elbow", "lw_arm", "l_wrist", "l_hand")}
+    assert set(part[20:23, 30:43].ravel().tolist()) <= arm
+    assert ((part > 0) == (depth > 0)).all()
+
+
+def test_stray_blobs_go_and_boxes_cut():
+    depth = np.zeros((20, 20), np.uint16)
+    depth[2:12, 2:12], depth[15, 15] = 1000, 2000
+    assert drop_blobs(depth, 0.02)[15, 15] == 0
+    assert (drop_blobs(depth, 0.0) == depth).all()
+    assert (drop_blobs(depth, 0.02)[2:12, 2:12] == 1000).all()
+    cut = cut_out(depth, Box((0, 0, 5, 20), 0.5, 1.5))
+    assert np.count_nonzero(cut) == 30
+    assert not drop_blobs(np.zeros((3, 3), np.uint16), 0.5).any()
+
+
+def _eight_bits(folder):
+    cv2.imwrite(str(folder / "d_7.png"), np.zeros((48, 64), np.uint8))
+
+
+def _other_size(folder):
+    cv2.imwrite(str(folder / "d_7.png"), np.ones((10, 20), np.uint16))
+
+
+def _empty(folder):
+    cv2.imwrite(str(folder / "d_7.png"), np.zeros((48, 64), np.uint16))
+
+
+def _fewer_joints(folder):
+    np.savetxt(folder / "j_7.txt", np.ones((12, 3)))
+
+
+def _no_number(folder):
+    np.savetxt(folder / "j_7.txt", np.full((15, 3), np.nan))
+
+
+def _no_joints(folder):
+    (folder / "j_7.txt").unlink()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (_eight_bits, r"d_7.png has 8 bits a pixel, must have 16"),
+        (_other_size, r"d_7.png is 20x10 pixels, the layout says 64x48"),
+        (_empty, r"d_7.png shows no person"),
+        (_fewer_joints, r"j_7.txt holds joints \(12, 3\), the layout says \(15, 3\)"),
+        (_no_number, r"j_7.txt: joint head is .*nan.*must be finite"),
+        (_no_joints, r"d_7.png has no joints"),
+    ],
+)
+def test_bad_files_are_named_with_the_reason(folder, spoil, reason):
+    spoil(folder)
+    with pytest.raises(UserError, match=reason):
+        imported(folder, write_layout(folder))
+
+
+def test_truncated_raw_and_hdf5_without_keys_are_named(tmp_path):
+    (tmp_path / "d.raw").write_bytes(b"\0" * 100)
+    layout = Layout("*", "raw", 64, 48, known_layouts()["itop"].camera)
+    with pytest.raises(UserError, match=r"d.raw has 100 bytes; 64x48 pixels of 16 bits have 6144"):
+        read_image(tmp_path / "d.raw", layout)
+    h5py = pytest.importorskip("h5py")
+    for name in ("a_depth_map.h5", "a_labels.h5"):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["other"] = 1
+    with pytest.raises(UserError, match=r"a_depth_map.h5 has no array 'data'; it has other"):
+        DepthSettings(tmp_path, tmp_path / "out").order()
+
+
+def test_layouts_are_found_by_contents_and_the_known_are_listed(tmp_path):
+    with pytest.raises(UserError, match=r"no known layout.*eval_a.*five_people.*itop.*skeltrack"):
+        DepthSettings(tmp_path, tmp_path / "out").order()
+    with pytest.raises(UserError, match="layout 'itopp' is unknown; known are"):
+        DepthSettings(tmp_path, tmp_path / "out", "itopp").order()
+    path = tmp_path / "bad.toml"
+    path.write_text(LAYOUT.format(format="png") + ANNOTATION.format(names='["a"]', joints='nose = "a"'))
+    with pytest.raises(UserError, match="joint 'nose' is unknown"):
+        read_layout(path)
+
+
+@pytest.mark.parametrize(("name", "n_frames"), [("eval_a", 3), ("skeltrack", 12), ("five_people", 5)])
+def test_real_recordings_import_soundly(tmp_path, name, n_frames):
+    if not (REAL / name).is_dir():
+        pytest.skip(f"needs the recordings {REAL / name}")
+    corpus = imported(REAL / name, None, tmp_path / "out", every=1000 if name == "eval_a" else 1)
+    assert len(corpus) == n_frames
+    assert list(faults(corpus)) == []
