@@ -1,0 +1,145 @@
+"""`undergrowth import meshes` reads what others wrote, lists what it cannot use, and feeds `generate`."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipelines.errors import UserError
+from pipelines.generate import GenerateSettings
+from pipelines.importing.meshes import MeshSettings, import_meshes
+
+REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
+CORNERS = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+FACES = [
+    (0, 1, 3), (0, 3, 2), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5),
+    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+]  # fmt: skip
+SIZE = (0.5, 0.3, 0.7)
+
+
+def obj(path: Path, scale: float = 1.0) -> None:
+    lines = [f"v {scale * x * SIZE[0]} {scale * z * SIZE[2]} {-scale * y * SIZE[1]}" for x, y, z in CORNERS]
+    path.write_text("\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES)]) + "\n")
+
+
+def ply(path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+    lines = [f"{x * SIZE[0]} {y * SIZE[1]} {z * SIZE[2]}" for x, y, z in CORNERS]
+    faces = [f"3 {a} {b} {c}" for a, b, c in FACES]
+    middle = "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    path.write_text(head + middle + "\n".join([*lines, *faces]) + "\n")
+
+
+def stl(path: Path) -> None:
+    lines = ["solid a"]
+    for face in FACES:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += [f"vertex {x * SIZE[0]} {y * SIZE[1]} {z * SIZE[2]}" for x, y, z in (CORNERS[k] for k in face)]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid a"]) + "\n")
+
+
+def urdf(path: Path) -> None:
+    box = "<visual><origin xyz='0 0 {0}'/><geometry><box size='{1} {2} {3}'/></geometry></visual>"
+    path.write_text(
+        f"<robot name='r'><link name='a'>{box.format(0.25, 0.5, 0.3, 0.5)}</link>"
+        f"<link name='b'>{box.format(0.1, 0.4, 0.05, 0.2)}</link>"
+        "<joint name='j' type='prismatic'><parent link='a'/><child link='b'/><origin xyz='0 0 0.5'/>"
+        "<axis xyz='0 0 1'/><limit lower='0' upper='0.1' effort='1' velocity='1'/></joint></robot>"
+    )
+
+
+def test_every_kind_of_file_gives_the_same_thing(tmp_path: Path) -> None:
+    obj(tmp_path / "a.obj", 100.0)  # in centimetres
+    ply(tmp_path / "b.ply")
+    stl(tmp_path / "c.stl")
+    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", class_name="suitcase", test=("[ab]",)))
+    assert [model.name for model in library.models] == ["a", "b", "c"]
+    assert [model.frame for model in library.models] == ["cm, y up", "m, z up", "m, z up"]
+    assert {model.split for model in library.models[:2]} == {"test"}
+    for model in library.models:
+        assert np.ptp(model.vertices, axis=0) == pytest.approx(SIZE, abs=1e-6)
+        assert model.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+        assert len(model.boxes) == 1
+        assert model.is_closed
+
+
+def test_a_urdf_is_posed_within_its_limits_by_the_seed(tmp_path: Path) -> None:
+    urdf(tmp_path / "suitcase__trolley.urdf")
+    heights = []
+    for seed in (0, 0, 1):
+        (model,) = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", seed=seed)).models
+        assert (model.class_name, model.name) == ("suitcase", "trolley")
+        heights.append(float(model.vertices[:, 2].max()))
+    assert heights[0] == heights[1] != heights[2]
+    assert all(0.7 <= height <= 0.8 for height in heights)
+
+
+def test_what_cannot_be_used_is_listed_and_the_rest_imported(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    obj(tmp_path / "suitcase__good.obj")
+    obj(tmp_path / "lamp__tall.obj")
+    obj(tmp_path / "table__huge.obj", 3e5)
+    (tmp_path / "suitcase__empty.ply").write_text("ply\n")
+    caplog.set_level("WARNING", "pipelines")
+    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib"))
+    assert [model.name for model in library.models] == ["good"]
+    refused = [record.getMessage() for record in caplog.records]
+    assert len(refused) == 3
+    assert "is of unknown class 'lamp__tall'" in refused[0] or "is of unknown class 'lamp'" in refused[0]
+    assert "known are table, laptop, stroller, chair, monitor, suitcase, other" in refused[0]
+    assert "suitcase__empty.ply" in refused[1]
+    assert "no table (0.25-1.25 m high" in refused[2]
+
+
+def test_an_index_says_class_split_and_forward(tmp_path: Path) -> None:
+    obj(tmp_path / "a.obj")
+    (tmp_path / "index.csv").write_text("file,category,split,forward\na.obj,bag,val,z\n")
+    settings = MeshSettings(tmp_path, tmp_path / "lib", index=tmp_path / "index.csv")
+    (model,) = import_meshes(settings).models
+    assert (model.class_name, model.split) == ("suitcase", "val")
+    assert np.ptp(model.vertices, axis=0) == pytest.approx((0.3, 0.5, 0.7), abs=1e-6)
+    (tmp_path / "index.csv").write_text("file,class\nb.obj,bag\n")
+    with pytest.raises(UserError, match=r"lists b\.obj, which is not in"):
+        import_meshes(settings)
+    (tmp_path / "index.csv").write_text("name\nb\n")
+    with pytest.raises(UserError, match="needs a header with a column 'file'"):
+        import_meshes(settings)
+
+
+def test_bad_orders_are_one_clear_error(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="has no files of the kinds"):
+        import_meshes(MeshSettings(tmp_path, tmp_path / "lib"))
+    with pytest.raises(UserError, match="is no folder"):
+        import_meshes(MeshSettings(tmp_path / "none", tmp_path / "lib"))
+    with pytest.raises(UserError, match="class 'lamp' is unknown, known are table"):
+        import_meshes(MeshSettings(tmp_path, tmp_path / "lib", class_name="lamp"))
+
+
+def test_the_digest_goes_into_the_configuration(tmp_path: Path) -> None:
+    obj(tmp_path / "suitcase__a.obj")
+    lib = tmp_path / "lib"
+    assert MeshSettings(tmp_path, lib, test=("*",)).run() == 0
+    order = GenerateSettings(tmp_path / "out", frames=4, objects=lib, objects_splits=("test",)).order()
+    chosen = order.config["objects"]
+    assert isinstance(chosen, dict)
+    assert chosen["splits"] == ["test"]
+    assert len(chosen["digest"]) == 64
+    obj(tmp_path / "suitcase__b.obj", 1.1)
+    MeshSettings(tmp_path, lib, test=("*",)).run()
+    with pytest.raises(UserError, match="has changed since the corpus was begun"):
+        order.make_source()
+    with pytest.raises(UserError, match="has no models for split 'train'"):
+        GenerateSettings(tmp_path / "out", objects=lib).order()
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason=f"no models at {REAL}")
+def test_a_real_table_and_a_real_laptop_are_understood(tmp_path: Path) -> None:
+    for name in ("table__cafe_table_gazebo.obj", "laptop__laptop_volta.obj"):
+        (tmp_path / name).write_bytes((REAL / name).read_bytes())
+    laptop, table = import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models
+    assert laptop.role == "laptop"
+    assert table.role == "table"
+    assert table.occluder.anchor("top").size == pytest.approx((0.914, 0.914), abs=0.03)
