@@ -131,11 +131,12 @@ def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
 
 
 def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
-    """What a detector would tell the model of a frame."""
+    """What a detector would tell the model of a frame: the box of those of its joints that are known."""
     if not contestant.box_joints:
         return {}
     at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
-    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
+    known = frame.joints[at][np.isfinite(frame.joints[at]).all(axis=1)]
+    return {"box": upper_body_box(known, frame.camera, BOX_MARGIN_M)} if len(known) else {}
 
 
 def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from pipelines.cli import main
 from pipelines.corpus import Corpus
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.generate import generate
 from pipelines.importing import geodesic
@@ -128,6 +129,7 @@ def test_unknown_joints_are_skipped_by_metrics_and_refused_by_training(folder):
     assert (corpus.arrays("joint_state")[:, hips] == JointState.UNKNOWN).all()
     assert not corpus.arrays("joints")[:, hips].any()
     assert not corpus[0].joints_2d[hips].any()
+    assert np.isnan(CorpusFrames(corpus, corpus.indices)[0].joints[hips]).all()
     truths = read_truths(corpus, corpus.indices)
     assert np.isnan(truths.xyz[:, hips]).all()
     assert np.isfinite(np.delete(truths.xyz, hips, axis=1)).all()
