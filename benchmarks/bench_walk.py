@@ -1,4 +1,4 @@
-"""Random walks: frames a second on one core, and accuracy against steps, clusters, limbs and the start's offset.
+"""Random walks: frames a second on one core; accuracy against steps, clusters, limbs and the start; calibration.
 
 python benchmarks/bench_walk.py [--model FILE] [--corpus DIR] [--split val] [--frames 200] [--seed 0]
 
@@ -16,6 +16,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
+from forests.oarf.calibrate import reliability  # noqa: E402
 from forests.rwf.config import UPPER_BODY, RWFConfig  # noqa: E402
 from forests.rwf.forest import Walker  # noqa: E402
 from forests.rwf.model import Limbs, RWFModel, walk_tables  # noqa: E402
@@ -90,20 +91,27 @@ def time_twin(model: RWFModel, views: list[View]) -> float:
     return cpu_of(ask_all) / N_SLOW_FRAMES
 
 
-def score(
-    model: RWFModel, views: list[View], is_occluded: np.ndarray, offset_m=0.0, seed=0, is_fitted=True
-) -> str:
-    """Shares of the joints within 10 cm, and the mean error, from starts moved sideways."""
+def ask(model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True) -> tuple[np.ndarray, np.ndarray]:
+    """Errors [m] and probabilities, (n_views, n_joints), of walks from starts moved sideways."""
     walker = Walker(model, is_fitted)
     rng = np.random.default_rng(seed)
-    error = np.empty((len(views), len(model.joints)))
+    error, probability = np.empty((2, len(views), len(model.joints)))
     for i, view in enumerate(views):
         angle = rng.uniform(0, 2 * np.pi)
         moved = view.start + np.float32([offset_m * np.cos(angle), offset_m * np.sin(angle), 0])
         fx, fy, cx, cy = (float(v) for v in view.intrinsics)
         camera = Camera(view.depth.shape[1], view.depth.shape[0], fx, fy, cx, cy)
-        joints, _ = walker.walk(view.depth, camera, moved.astype(np.float32))
-        error[i] = np.linalg.norm(joints - view.joints, axis=1)
+        estimate = walker.predict(view.depth, camera, start=moved)
+        error[i] = np.linalg.norm(estimate.joints - view.joints, axis=1)
+        probability[i] = estimate.probability
+    return error, probability
+
+
+def score(
+    model: RWFModel, views: list[View], is_occluded: np.ndarray, offset_m=0.0, seed=0, is_fitted=True
+) -> str:
+    """Shares of the joints within 10 cm, and the mean error."""
+    error, _ = ask(model, views, offset_m, seed, is_fitted)
     is_within = error <= WITHIN_M
     shares = (100 * is_within.mean(), 100 * is_within[~is_occluded].mean(), 100 * is_within[is_occluded].mean())
     upper = 100 * is_within[:, :9].mean()
@@ -151,6 +159,25 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
         print(f"{n_clusters:3d} clusters              {score(changed, views, is_occluded)}")
 
 
+def report_calibration(model: RWFModel, views: list[View], is_occluded: np.ndarray) -> None:
+    """Expected error of the probability of being within 10 cm, over all joints and over some."""
+    error, probability = ask(model, views)
+    is_within = error <= WITHIN_M
+    is_upper = np.broadcast_to([name in UPPER_BODY for name in model.joints], error.shape)
+    parts = {"all": np.full(error.shape, True), "upper body": is_upper, "the others": ~is_upper}
+    parts |= {"seen": ~is_occluded, "hidden": is_occluded}
+    for name, part in parts.items():
+        found = reliability(probability[part], is_within[part])
+        print(
+            f"probability, {name:10s} mean {100 * probability[part].mean():5.1f} %, true of "
+            f"{100 * is_within[part].mean():5.1f} %; expected calibration error {100 * found.expected_error:.1f} %"
+        )
+    print("  called       true of      joints")
+    found = reliability(probability.ravel(), is_within.ravel())
+    for called, observed, n in zip(*found, strict=True):
+        print(f"  {100 * called:5.1f} %  {100 * observed:8.1f} %  {n:10d}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--model", type=Path)
@@ -184,6 +211,7 @@ def main() -> None:
         if len(views) < len(frames):
             raise ValueError("some frames show nothing")
         report_speed(model, frames, views)
+        report_calibration(model, views, is_occluded)
         report_accuracy(model, views, is_occluded, options.seed)
 
 

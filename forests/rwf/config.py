@@ -48,8 +48,9 @@ class RWFConfig:
         gate_share: Share of the training joints that lie before and behind the gate on a point's depth, each.
         n_clusters: Cluster centres kept in a leaf.
         cluster_bandwidth: Of the directions' mean shift, as a chord of the unit sphere.
-        n_walks: Walks of a joint, side by side.
-        n_steps: Steps of a walk.
+        n_walks: Walks of a joint, side by side, the most.
+        n_steps: Steps of a walk. Validation frames may choose another number of them, with fewer walks where
+            they would make more than n_walks * n_steps steps in all.
         step_m: Length of the first step [m].
         decay: Length of a step over that of the step before.
         n_arriving: First steps that the estimate does not count.

@@ -16,10 +16,15 @@ from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
 
 WITHIN_M = 0.1
 """A joint is found if it is no farther off than this [m]."""
-STEPS_M = (0.02, 0.03, 0.045, 0.065, 0.09, 0.12)
+STEP_COUNTS = (7, 10, 14, 20)
+"""Beside the config's own number of steps."""
+WORTH = 0.002
+"""Fewer steps in all are taken if they lose no more than this share of the joints."""
+WAYS_M = (0.2, 0.3, 0.45, 0.65, 0.9, 1.2)
+"""Lengths of a walk whose steps do not decay [m]."""
 DECAYS = (0.95, 1.0)
 ARRIVING_SHARES = (0.25, 0.5, 0.75)
-CLUSTERS = (2, 3, 4, 8)
+CLUSTERS = (2, 4, 8)
 """With one alone, walks side by side would be the same walk."""
 _RIDGE = 1e-2
 _START_STREAM = 0x57A7
@@ -81,13 +86,34 @@ def tune(model: RWFModel, views: list[View]) -> RWFModel:
     """
     if not views:
         return model
-    numbers = [n for n in CLUSTERS if n <= model.config.n_clusters] or [model.config.n_clusters]
-    tried = [_choose(model, views, n) for n in numbers]
+    most = model.config.n_clusters
+    tried = [
+        _choose(model, views, model.plan._replace(n_walks=n_walks, n_steps=n_steps, n_clusters=most))
+        for n_walks, n_steps in step_budgets(model.config.n_walks, model.config.n_steps)
+    ]
+    best = least_worth([choice.score for choice in tried], WORTH * len(model.joints))
+    tried = tried[best : best + 1]
+    tried += [_choose(model, views, tried[0].plan._replace(n_clusters=n)) for n in CLUSTERS if n < most]
     plan, points, spread = max(tried, key=lambda choice: choice.score)[1:]
     truth = np.stack([view.joints for view in views])
     is_within = np.linalg.norm(points - truth, axis=2) <= WITHIN_M
     weights = [fit_logistic(spread[:, j], is_within[:, j]) for j in range(len(model.joints))]
     return replace(model, plan=plan, within_weights=np.array(weights, np.float32))
+
+
+def step_budgets(n_walks: int, n_steps: int) -> list[tuple[int, int]]:
+    """Pairs (walks, steps) to choose from, those that cost least first.
+
+    None makes more than `n_walks * n_steps` steps in all, or has more than `n_walks` walks.
+    """
+    most = n_walks * n_steps
+    numbers = {n for n in STEP_COUNTS if n <= most} | {n_steps}
+    return sorted(((min(n_walks, most // n), n) for n in numbers), key=lambda pair: (pair[0] * pair[1], pair[1]))
+
+
+def least_worth(scores: list[float], loss: float) -> int:
+    """The first of the scores that is no more than `loss` below the best."""
+    return next(i for i, score in enumerate(scores) if score >= max(scores) - loss)
 
 
 class _Choice(NamedTuple):
@@ -97,12 +123,10 @@ class _Choice(NamedTuple):
     spread: NDArray[np.float32]
 
 
-def _choose(model: RWFModel, views: list[View], n_clusters: int) -> _Choice:
-    """The best plan with so many clusters, and where its walks end."""
-    plan = model.plan._replace(
-        n_clusters=n_clusters, **{name: getattr(model.plan, name).copy() for name in _CHOSEN}
-    )
-    tables = walk_tables(model.experts, n_clusters)
+def _choose(model: RWFModel, views: list[View], counts: WalkPlan) -> _Choice:
+    """The best plan with the walks, steps and clusters of `counts`, and where its walks end."""
+    plan = counts._replace(**{name: getattr(counts, name).copy() for name in _CHOSEN})
+    tables = walk_tables(model.experts, plan.n_clusters)
     points = np.zeros((len(views), len(model.joints), 3), np.float32)
     spread = np.zeros((len(views), len(model.joints)), np.float32)
     total = 0.0
@@ -128,7 +152,8 @@ _CHOSEN = ("start_from", "step_m", "decay", "n_arriving")
 def _choices(parent: int, n_steps: int) -> list[tuple[int, float, float, int]]:
     starts = (-1, parent) if parent >= 0 else (-1,)
     arriving = sorted({int(share * n_steps) for share in ARRIVING_SHARES})
-    return list(itertools.product(starts, STEPS_M, DECAYS, arriving))
+    steps = [way / n_steps for way in WAYS_M]
+    return list(itertools.product(starts, steps, DECAYS, arriving))
 
 
 def walk_views(

@@ -206,7 +206,7 @@ def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
         ("plan.start_from", 1, -2),
         ("plan.step_m", 0, np.nan),
         ("plan.decay", 0, 1.5),
-        ("plan.n_arriving", 0, 12),
+        ("plan.n_arriving", 0, 20),
         ("plan.gate_m", (0, 0), np.nan),
         ("limbs.parent", 0, 3),
         ("limbs.length_m", (0, 0), np.nan),
@@ -235,5 +235,6 @@ def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
 def metadata_of(forest: RandomWalkForest) -> dict:
     from forests.records import to_json
 
-    counts = {"n_walks": 4, "n_steps": 12, "n_clusters": forest.model_.plan.n_clusters}
+    plan = forest.model_.plan
+    counts = {name: getattr(plan, name) for name in ("n_walks", "n_steps", "n_clusters")}
     return {"config": to_json(CONFIG), "labels": to_json(LABELS), "walk": counts}

@@ -13,7 +13,6 @@ from forests.rwf.points import draw_way_points, gate_of
 from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs, parents_first, parents_of
 from forests.rwf.smoothing import SkeletonSmoother, SmoothingConfig
 from forests.rwf.start import start_point, upper_body_box
-from forests.rwf.tuning import fit_logistic
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 NAMES = tuple(name for name, _ in SKELETON)
@@ -189,14 +188,6 @@ def test_an_upper_body_box_holds_the_joints():
     joints = np.float32([[0.1, 0.2, 2.0], [-0.3, -0.1, 2.0]])
     left, top, right, bottom = upper_body_box(joints, CAMERA, 0.1)
     np.testing.assert_allclose([left, top, right, bottom], [32.5 - 5, 30.5 - 5, 52.5 + 6, 45.5 + 6], atol=1e-4)
-
-
-def test_the_logistic_fit_recovers_its_weights():
-    rng = np.random.default_rng(0)
-    values = rng.uniform(0, 1, 20000).astype(np.float32)
-    is_true = rng.random(20000) < 1 / (1 + np.exp(-(2.0 - 5.0 * values)))
-    np.testing.assert_allclose(fit_logistic(values, is_true), [2.0, -5.0], atol=0.15)
-    assert np.isfinite(fit_logistic(values, np.ones(20000, bool))).all()
 
 
 @pytest.mark.parametrize(
