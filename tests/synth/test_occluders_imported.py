@@ -6,11 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from synth.geometry import surface_points
+from synth.occluders.distance import solid_distances
+from synth.occluders.imported.boxes import fill_with_boxes, solids_of
 from synth.occluders.imported.levels import find_level
 from synth.occluders.imported.model import Hints, make_model
-from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_closed, reduced
+from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_closed, reduced, sampled
 from synth.occluders.imported.sizes import TO_UPRIGHT
 from synth.occluders.meshlib import MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
+from synth.scene import FrameSource, ObjectMix, SceneConfig, SceneWeights
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 CUBE = np.array([
@@ -114,6 +118,38 @@ def test_a_laptop_has_its_screen_ahead_and_keys_on_its_deck() -> None:
         model(boxes(((0, 0, 0), (0.24, 0.34, 0.02))), "laptop")  # shut
 
 
+def test_boxes_hold_the_surface_to_half_a_voxel_and_stick_out_by_no_more_than_one() -> None:
+    voxel = 0.008
+    mesh = cleaned(table())
+    solids = solids_of(fill_with_boxes(mesh))
+    points = sampled(mesh, 0.02)
+    assert solid_distances(solids, np.eye(4), points).max() < 0.5 * voxel
+    rng = np.random.default_rng(0)
+    around = rng.uniform((-0.2, -0.2, 0.8), (1.6, 1.0, 1.9), (4000, 3))
+    true = np.min([_distance_to(b, around) for b in _parts(mesh)], axis=0)
+    found = solid_distances(solids, np.eye(4), around)
+    is_outside = true > 0.0
+    short = (true - found)[is_outside]
+    assert short.min() > -0.5 * voxel
+    assert short.max() < voxel * np.sqrt(3.0)
+    ball = cleaned(_ball(0.3))
+    distance = solid_distances(solids_of(fill_with_boxes(ball)), np.eye(4), sampled(ball, 0.01))
+    assert distance.max() < 0.002
+    far = rng.normal(size=(2000, 3))
+    far *= 0.4 / np.linalg.norm(far, axis=1)[:, None]
+    gap = 0.1 - solid_distances(solids_of(fill_with_boxes(ball)), np.eye(4), far)
+    assert gap.min() > -0.002
+    assert gap.max() < 0.03 * np.sqrt(3.0)
+
+
+def _parts(mesh: Triangles) -> list[np.ndarray]:
+    return [np.r_[v.min(axis=0), v.max(axis=0)] for v in table().vertices.reshape(-1, 8, 3)]
+
+
+def _distance_to(box: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(np.maximum(np.maximum(box[:3] - points, points - box[3:]), 0.0), axis=1)
+
+
 def _ball(radius: float, n: int = 60) -> Triangles:
     theta, phi = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, 2 * n), indexing="ij")
     xyz = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
@@ -191,3 +227,32 @@ def test_a_library_comes_back_as_it_was_or_says_that_it_is_damaged(library: Mesh
         read_library(tmp_path / "none")
     with pytest.raises(MeshLibraryError, match="'t' is there twice"):
         replace(library, models=(*library.models, library.models[0]))
+
+
+def test_scenes_take_models_in_the_splits_that_use_them(library: MeshLibrary) -> None:
+    weights = SceneWeights(*[float(name == "laptop_table") for name in SceneWeights.names()])
+    config = SceneConfig(camera="custom", intrinsics=(160, 120, 142.0, 142.0, 79.5, 59.5), scenes=weights)
+    mixed = FrameSource(config, 3, 5, objects=ObjectMix(library, 1.0, ("test",)))
+    assert mixed.counts == (4, 0, 1)
+    frame, same = mixed.frame(4), FrameSource(config, 3, 5, objects=ObjectMix(library, 1.0, ("test",))).frame(4)
+    assert {item.spec_id for item in frame.info.objects} == {
+        "imported/table/test/t", "imported/chair/test/c", "imported/laptop/test/l",
+    }  # fmt: skip
+    assert np.array_equal(frame.depth, same.depth)
+    assert frame.info == same.info
+    record = frame.info.objects[0]
+    assert library.model(record.spec["name"]).spec_id == record.spec_id
+    placed = {item.class_name: np.array(item.T_world_object) for item in frame.info.objects}
+    assert placed["laptop"][2, 3] == pytest.approx(0.74, abs=1e-5)  # on the top, not over it
+    plain = FrameSource(config, 3, 5)
+    assert np.array_equal(plain.frame(0).depth, mixed.frame(0).depth)
+    with pytest.raises(ValueError, match="no models for split 'train'"):
+        ObjectMix(library)
+    with pytest.raises(ValueError, match=r"share=2\.0"):
+        ObjectMix(library, 2.0, ("test",))
+
+
+def test_objects_surface_is_within_its_solids(library: MeshLibrary) -> None:
+    for item in library.models:
+        points = surface_points(item.occluder.mesh, 0.05)
+        assert solid_distances(item.occluder.solids, np.eye(4), points).max() < 1e-6
