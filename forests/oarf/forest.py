@@ -69,18 +69,18 @@ def train(
         raise ValueError("there are no training frames")
     classes = ClassTable.of(frames.labels, config.mode)
     stored = [checkpoint.load(tree) if checkpoint else None for tree in range(config.n_trees)]
-    trees = [tree for tree in stored if tree is not None]
-    if len(trees) < config.n_trees:
+    trees: list[ForestTree] = []
+    if None in stored:
         training = _gathered(frames, config, lambda n: on_progress(_GATHER_SHARE * n / len(frames)))
         wanted = classes.of_label(frames.labels)[training.samples.label]
     per_tree = (1.0 - _GATHER_SHARE - _TUNE_SHARE) / config.n_trees
-    for tree in range(len(trees), config.n_trees):
+    for tree, kept in enumerate(stored):
 
         def show(done: float, begun: float = _GATHER_SHARE + per_tree * tree) -> None:
             on_progress(begun + per_tree * done)
 
-        grown = _train_tree(training, wanted, classes, config, tree, n_threads, show)
-        if checkpoint:
+        grown = kept or _train_tree(training, wanted, classes, config, tree, n_threads, show)
+        if checkpoint and kept is None:
             checkpoint.save(tree, grown)
         trees.append(grown)
     model = OARFModel(config, frames.labels, classes, tuple(trees), untuned(frames.labels.n_joints))

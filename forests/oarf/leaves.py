@@ -82,14 +82,7 @@ def leaf_table(
         ValueError: An argument out of range, or classes that do not fit the tree.
     """
     _check(classes, n_classes, n_parts, grown, bandwidth_m)
-    for name, value in (
-        ("n_modes", n_modes),
-        ("n_threads", n_threads),
-        ("n_votes", n_votes),
-        ("n_starts", n_starts),
-    ):
-        if value < 1:
-            raise ValueError(f"{name}={value} must be at least 1")
+    _check_counts(n_modes=n_modes, n_threads=n_threads, n_votes=n_votes, n_starts=n_starts)
     n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if n_classes == n_parts else 2
     shape = (n_leaves, n_layers, training.joints.shape[1], n_modes)
     mode, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
@@ -121,6 +114,12 @@ def _check(classes: NDArray[np.uint8], n_classes: int, n_parts: int, grown: Grow
         raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
     if not 0.0 < bandwidth_m < np.inf:
         raise ValueError(f"bandwidth_m={bandwidth_m} must be above 0 and finite")
+
+
+def _check_counts(**counts: int) -> None:
+    for name, value in counts.items():
+        if value < 1:
+            raise ValueError(f"{name}={value} must be at least 1")
 
 
 def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) -> NDArray[np.float32]:

@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -187,6 +188,29 @@ def test_an_interrupted_training_goes_on_after_the_last_finished_tree():
     assert all(kept[tree] is first[tree] for tree in (0, 1))
     whole = train(frames, config)
     for one, two in zip(resumed.trees, whole.trees, strict=True):
+        assert one.nodes.tobytes() == two.nodes.tobytes()
+        assert one.leaves.mode.tobytes() == two.leaves.mode.tobytes()
+
+
+def test_a_tree_that_was_lost_is_grown_again_in_its_place():
+    """Such as one whose file was damaged: the trees after it stay where they are."""
+    frames, config = FrameSubset(TRAINING, tuple(range(20))), replace(CONFIG, n_trees=3)
+    whole = train(frames, config)
+
+    class Store:
+        """Holds all trees but the first."""
+
+        saved: ClassVar[list[int]] = []
+
+        def load(self, tree):
+            return whole.trees[tree] if tree else None
+
+        def save(self, tree, grown):
+            self.saved.append(tree)
+
+    mended = train(frames, config, checkpoint=Store())
+    assert Store.saved == [0]
+    for one, two in zip(mended.trees, whole.trees, strict=True):
         assert one.nodes.tobytes() == two.nodes.tobytes()
         assert one.leaves.mode.tobytes() == two.leaves.mode.tobytes()
 
