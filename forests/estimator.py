@@ -1,8 +1,13 @@
-"""The part of scikit-learn's estimator protocol that both forests share: parameters by name."""
+"""The part of scikit-learn's estimator protocol that both forests share: parameters by name, frames held out."""
 
 import dataclasses
 from collections.abc import Iterator
 from typing import Any, Self
+
+from forests.frames import FrameSequence, FrameSubset
+
+HELD_OUT_EVERY = 10
+"""`fit` tunes on every so many-th frame where it was given no validation frames."""
 
 
 class Estimator:
@@ -39,6 +44,14 @@ class Estimator:
             first, _, rest = name.partition("__")
             setattr(self, first, value if not rest else _replaced(self.config, rest, value))
         return self
+
+
+def hold_out(frames: FrameSequence) -> tuple[FrameSequence, FrameSequence]:
+    """(training, validation) frames: every tenth is held out."""
+    numbers = range(len(frames))
+    held_out = numbers[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]
+    rest = tuple(i for i in numbers if i not in held_out)
+    return FrameSubset(frames, rest), FrameSubset(frames, tuple(held_out))
 
 
 def _fields(prefix: str, config: Any) -> Iterator[tuple[str, object]]:

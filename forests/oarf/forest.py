@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forests.estimate import JointEstimate
-from forests.estimator import Estimator
-from forests.frames import FrameSequence, FrameSubset, Pinhole
+from forests.estimator import Estimator, hold_out
+from forests.frames import FrameSequence, Pinhole
 from forests.growing import grow_class_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
@@ -18,9 +18,6 @@ from forests.oarf.predict import Predictor
 from forests.oarf.storage import quantised
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
-
-HELD_OUT_EVERY = 10
-"""`fit` tunes on every so many-th frame where it is given no validation frames."""
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
@@ -170,9 +167,7 @@ class OcclusionAwareForest(Estimator):
             ValueError: No frames, or none that shows a person.
         """
         if validation is None:
-            numbers = range(len(frames))
-            validation = FrameSubset(frames, tuple(numbers[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]))
-            frames = FrameSubset(frames, tuple(i for i in numbers if i % HELD_OUT_EVERY != HELD_OUT_EVERY - 1))
+            frames, validation = hold_out(frames)
         self.model_ = train(frames, self.config, validation=validation, n_threads=self.n_threads)
         self._predictor = Predictor(self.model_)
         return self

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import expit
 
 from forests.estimate import JointEstimate
-from forests.estimator import Estimator
-from forests.frames import FrameSequence, FrameSubset, Pinhole, check_depth
+from forests.estimator import Estimator, hold_out
+from forests.frames import FrameSequence, Pinhole, check_depth
 from forests.rwf.config import RWFConfig
 from forests.rwf.model import RWFModel, walk_tables
 from forests.rwf.skeleton import fit_limbs
@@ -16,8 +16,6 @@ from forests.rwf.start import Box, start_point
 from forests.rwf.train import train_rwf
 from forests.rwf.walk import walk_skeleton
 
-HELD_OUT_EVERY = 10
-"""`fit` tunes on every so many-th frame where it is given no validation frames."""
 SPREAD_M = 0.1
 """Confidence is exp(-spread / this) [m]."""
 
@@ -112,9 +110,7 @@ class RandomWalkForest(Estimator):
             ValueError: No frames, or joints that they do not have.
         """
         if validation is None:
-            numbers = range(len(frames))
-            validation = FrameSubset(frames, tuple(numbers[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]))
-            frames = FrameSubset(frames, tuple(i for i in numbers if i % HELD_OUT_EVERY != HELD_OUT_EVERY - 1))
+            frames, validation = hold_out(frames)
         self.model_ = train_rwf(frames, self.config, validation=validation, n_threads=self.n_threads)
         self._walker = Walker(self.model_)
         return self
