@@ -15,7 +15,7 @@ class PoseFamily:
         name: Key in `FAMILIES`.
         posture: Whether the feet or a seat carry the person.
         context: What the scene must offer the hands; "none" needs nothing.
-        weight: How often it is drawn, relative to the others.
+        weight: How often it is drawn, relative to the others; 0 = only where a scene's settings ask for it.
     """
 
     name: str
@@ -36,6 +36,7 @@ _ROWS: tuple[tuple[str, Posture, Context, float], ...] = (
     ("carrying", "standing", "none", 1.0),
     ("pointing", "standing", "none", 1.0),
     ("waving", "standing", "none", 0.5),
+    ("exercising", "standing", "none", 0.0),
     ("sitting_feet_down", "sitting", "none", 2.0),
     ("sitting_legs_crossed", "sitting", "none", 1.0),
     ("sitting_leaning", "sitting", "none", 1.0),

@@ -35,6 +35,12 @@ UPRIGHT = (
 """Measures that add up to the height of the head's centre."""
 # Standard deviations over their means (ANSUR II, Gordon et al. 2014; see `population`).
 LEG_SPREAD, ARM_SPREAD, HEAD_SPREAD, SHOULDER_SPREAD, HIP_SPREAD = 0.030, 0.030, 0.025, 0.045, 0.045
+UPPER_ARM_FACTOR = 1.125
+"""The reference's arms are shorter than people's: shoulder to elbow is 0.142 of the stature, against 0.16 in de Leva
+1996 (J. Biomechanics 29, table 4)."""
+FOREARM_FACTORS = (1.10, 1.02)
+"""Of women and men: elbow to wrist is 0.131 and 0.148 of the stature, against 0.152 and 0.154 in de Leva 1996 and
+0.145 in Winter (2009, fig. 4.1), so between the two."""
 
 
 class Figure(NamedTuple):
@@ -108,11 +114,14 @@ def shape_factors(spec: BodySpec) -> NDArray[np.float64]:
 
 
 def scaled_measures(spec: BodySpec, measures: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The mixed lengths with the spec's leg, arm, shoulder, hip and head numbers."""
+    """The mixed lengths with published arms and the spec's leg, arm, shoulder, hip and head numbers."""
     out = measures.copy()
+    arm = 1.0 + ARM_SPREAD * spec.arms
+    female, male = FOREARM_FACTORS
     for names, factor in (
         (("thigh", "shank", "crotch_down"), 1.0 + LEG_SPREAD * spec.legs),
-        (("upper_arm", "forearm"), 1.0 + ARM_SPREAD * spec.arms),
+        (("upper_arm",), UPPER_ARM_FACTOR * arm),
+        (("forearm",), (female + (male - female) * spec.sex) * arm),
         (("clavicle",), 1.0 + SHOULDER_SPREAD * spec.shoulders),
         (("hip_half_width",), 1.0 + 0.7 * HIP_SPREAD * spec.hips),
         (("head_up", "skull_forward"), 1.0 + HEAD_SPREAD * spec.head),

@@ -27,6 +27,7 @@ from synth.bodies.poses_arms import (
     wave,
 )
 from synth.bodies.poses_draft import SEAT_DEPTH_SHARE, Draft, landmarks_of
+from synth.bodies.poses_exercise import move_arms, stand_exercising
 from synth.bodies.poses_hands import HandTarget, HandTargets
 from synth.bodies.poses_sit import lay_hands_in_lap, relax_seated_arms, seat_skin, sit
 from synth.bodies.poses_stand import hang_arm, stand_bent, stand_leaning_to_push, stand_upright, walk
@@ -47,6 +48,7 @@ N_ARM_TRIES = 8
 _BASES: dict[str, Callable[[Draft, np.random.Generator, float], None]] = {
     "walking": walk,
     "bending": stand_bent,
+    "exercising": stand_exercising,
     "pushing_both_hands": stand_leaning_to_push,
     "pushing_one_hand": stand_leaning_to_push,
 }
@@ -62,6 +64,7 @@ _ARMS: dict[str, Callable[[Draft, np.random.Generator, HandTargets | None], bool
     "carrying": carry,
     "pointing": point_out,
     "waving": wave,
+    "exercising": move_arms,
     "sitting_feet_down": sit_idle,
     "sitting_legs_crossed": sit_idle,
     "sitting_leaning": sit_leaning,

@@ -51,7 +51,7 @@ def plant_feet(draft: Draft, feet: dict[str, tuple[float, float, float]]) -> flo
     return max(low.values()) - drop
 
 
-def _root_height(draft: Draft, feet: dict[str, tuple[float, float, float]], straightness: float) -> float:
+def root_height(draft: Draft, feet: dict[str, tuple[float, float, float]], straightness: float) -> float:
     """Greatest height at which both legs reach their feet, bent by the given share of their length [m]."""
     heights = []
     for side, (x, y, _) in feet.items():
@@ -90,7 +90,7 @@ def stand(
         feet[side] = (x, y, SIGN[side] * out)
         draft.set(f"{side}_", hip_flexion=5 + 90 * bend, knee_flexion=6 + 180 * bend, hip_rotation=-0.8 * out)
     straight = 1.0 - bend - float(rng.uniform(0.0005, 0.004))
-    draft.T_world_root[2, 3] = _root_height(draft, feet, straight)
+    draft.T_world_root[2, 3] = root_height(draft, feet, straight)
     plant_feet(draft, feet)
 
 
@@ -179,7 +179,7 @@ def draft_pitch(draft: Draft) -> float:
 
 
 def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> None:
-    """Lets an arm hang by the side, as far out as the trunk, hips and clothes ask for.
+    """Lets an arm hang by the side, as far out as the trunk, hips and clothes ask for, and above the floor.
 
     The shoulder keeps a flexion that walking has set.
     """
@@ -200,6 +200,11 @@ def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> 
         draft.set(f"{side}_", shoulder_abduction=float(abduction))
         if draft.excess_of(side, "arm") <= 0.0:
             break
+    hand = draft.marks.side[side].hand
+    for _ in range(8):
+        if float(draft.skin(hand)[:, 2].min()) >= 0.0:
+            break
+        draft.set(f"{side}_", elbow_flexion=draft.get(f"{side}_elbow_flexion") + 12.0)
 
 
 def curl_fingers(

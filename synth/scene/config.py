@@ -86,6 +86,9 @@ class SceneConfig:
         azimuth: Range of the camera's bearing seen from the person [rad]; 0 is in front, positive to their left.
         clearance: Range of the gap between the surfaces of person and object, but for contacts [m].
         visible_share: Range of the person's visible pixels over those without objects, in scenes with objects.
+        seated_share: Share of the people without objects, or behind unrelated ones, who sit.
+        exercising_share: Share of those who stand without objects, or behind unrelated ones, who exercise: arms
+            anywhere, squats, lunges, raised legs.
         is_context_kept: Whether object class and pose are related as in life; if not, they are drawn independently
             of each other with the same frequencies.
         frames_per_subject: Most frames that a body serves on average.
@@ -103,6 +106,8 @@ class SceneConfig:
     azimuth: tuple[float, float] = (-3.141592653589793, 3.141592653589793)
     clearance: tuple[float, float] = (0.03, 0.05)
     visible_share: tuple[float, float] = (0.15, 0.95)
+    seated_share: float = 0.35
+    exercising_share: float = 0.0
     is_context_kept: bool = True
     frames_per_subject: int = 20
     frames_per_object: int = 20
@@ -123,8 +128,9 @@ class SceneConfig:
         for name in ("frames_per_subject", "frames_per_object"):
             if not 1 <= getattr(self, name) <= DRAWS_PER_BLOCK:
                 raise ValueError(f"{name}={getattr(self, name)} must be in 1..{DRAWS_PER_BLOCK}")
-        if not 0.0 <= self.child_share <= 1.0:
-            raise ValueError(f"child_share={self.child_share} must be in 0..1")
+        for name in ("seated_share", "exercising_share", "child_share"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name}={getattr(self, name)} must be in 0..1")
 
     def make_camera(self) -> Camera:
         """The camera that all frames are seen through."""

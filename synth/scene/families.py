@@ -17,8 +17,6 @@ from synth.scene.tables import push_table_up, stand_on_table
 
 STANDING_AT_TABLE_SHARE = 0.12
 """Share of the scenes at a table in which the person stands before it."""
-SEATED_ALONE_SHARE = 0.35
-"""Share of the people without objects, or behind unrelated ones, who sit."""
 MONITOR_SHARE = 0.25
 """Share of the tables without a laptop that carry a monitor."""
 UNHIDDEN_SHARE = (0.85, 1.0)
@@ -38,9 +36,12 @@ def draw_pose_family(draw: SceneDraw, posture: str, context: str) -> str:
 
 def unhidden(draw: SceneDraw) -> Scene | None:
     """A standing person, or one on a seat, with nothing before them."""
-    is_seated = draw.rng.random() < SEATED_ALONE_SHARE
+    is_seated = draw.rng.random() < draw.config.seated_share
     subject = draw.subject(is_seated)
-    pose_family = draw_pose_family(draw, "sitting" if is_seated else "standing", "none")
+    if not is_seated and draw.config.exercising_share > draw.rng.random():
+        pose_family = "exercising"
+    else:
+        pose_family = draw_pose_family(draw, "sitting" if is_seated else "standing", "none")
     based = _based(draw, subject, pose_family, ())
     if based is None:
         return None
