@@ -120,10 +120,10 @@ def _radius(placed: PlacedObject) -> float:
     return float(np.sqrt((placed.surface[:, :2] ** 2).sum(axis=1).max()))
 
 
-def is_eye_free(T_world_camera: NDArray[np.float64], objects: Assembly) -> bool:
-    """Whether a camera at a (4, 4) pose does not stand in an object or right before one."""
+def is_eye_free(T_world_camera: NDArray[np.float64], objects: Assembly, room: float = EYE_ROOM) -> bool:
+    """Whether a camera at a (4, 4) pose does not stand in an object or nearer to one than some room [m]."""
     eye = T_world_camera[None, :3, 3]
-    return not any(item.is_nearer(eye, EYE_ROOM) for item in objects)
+    return not any(item.is_nearer(eye, room) for item in objects)
 
 
 def record_of(item: PlacedObject, instance: int, visible_fraction: float) -> ObjectRecord:

@@ -29,6 +29,8 @@ MAX_SCENES = 60
 """Attempts at a frame's objects before the person stays unhidden."""
 MAX_OF_FAMILY = 20
 """Attempts before another family is drawn."""
+EYE_ROOM = 0.6
+"""The camera keeps this far from objects: nearer than half a metre, most sensors see nothing [m]."""
 CANDIDATES = 3
 """Of so many scenes, the one whose visible share is nearest to a drawn one is taken: most hide little."""
 
@@ -128,7 +130,7 @@ class Composer:
             if family == UNHIDDEN:
                 return None
             objects = FAMILIES[family](draw, person)
-            if objects is None or not is_eye_free(inverse(person.T_camera_scene), objects):
+            if objects is None or not is_eye_free(inverse(person.T_camera_scene), objects, EYE_ROOM):
                 continue
             candidate = self._look(family, objects, frame, person)
             if low <= candidate.visible_share <= high:

@@ -17,6 +17,8 @@ DESK_LOADS: tuple[tuple[str, float], ...] = (("laptop", 0.40), ("monitor", 0.20)
 """What stands on a desk, and how often."""
 LOAD_DEPTH = {"laptop": (0.04, 0.3), "monitor": (0.25, 0.6), "other": (0.05, 0.4)}
 """Range of the distance between a desk's near edge and what stands on it [m]."""
+MAX_LOAD_HEIGHT = 0.6
+"""Higher piles of boxes are not put on desks [m]."""
 TWO_MORE_SHARE = 0.3
 """How often two unrelated objects join a scene of several, not one."""
 TURNED_BACK_SHARE = 0.6
@@ -32,7 +34,8 @@ def desk(draw: SceneDraw, person: RecordedPerson) -> Assembly | None:
     if name:
         y = float(draw.rng.normal(0.0, 0.1))
         load = stand_on_table(draw, name, table, 0, LOAD_DEPTH[name], y)
-    assembly = (table,) if load is None else (table, load)
+    is_loaded = load is not None and load.surface[:, 2].max() <= MAX_LOAD_HEIGHT
+    assembly = (table, load) if load is not None and is_loaded else (table,)
     return _push(draw, person, (), assembly, _ahead(draw, person), float(draw.rng.normal(0.0, 0.05)))
 
 
