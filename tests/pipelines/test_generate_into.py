@@ -206,8 +206,20 @@ def test_a_layout_that_says_where_the_camera_is_needs_no_feet(tmp_path):
 def test_two_workers_give_the_bytes_of_one_and_another_seed_gives_others(composed, recorded, tmp_path, bytes_of):
     two = compose(recorded, tmp_path / "two", workers=2, frames=N_FRAMES, seed=3)
     assert bytes_of(two.path) == bytes_of(composed.path)
+    (two.path / "manifest.jsonl").write_text("")
+    again = compose(recorded, two.path, frames=N_FRAMES, seed=3)
+    assert bytes_of(again.path) == bytes_of(composed.path)
     other = compose(recorded, tmp_path / "other", frames=6, seed=4)
     assert any(other[i].depth.tobytes() != composed[i].depth.tobytes() for i in range(6))
+
+
+def test_a_frame_can_be_made_alone(composed, recorded, tmp_path):
+    source = GenerateSettings(tmp_path / "c", into=recorded.path, frames=N_FRAMES, seed=3).order().make_source()
+    alone = source.frame(N_FRAMES - 1)
+    assert alone.depth.tobytes() == composed[N_FRAMES - 1].depth.tobytes()
+    assert alone.info == composed.info(N_FRAMES - 1)
+    with pytest.raises(IndexError, match=f"frame {N_FRAMES} must be in 0..{N_FRAMES - 1}"):
+        source.frame(N_FRAMES)
 
 
 def test_splits_share_neither_objects_nor_recorded_frames(composed):
