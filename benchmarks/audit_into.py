@@ -1,10 +1,10 @@
-"""How near objects before recorded people come to skin that no pixel shows: generated people.
+"""How near objects before recorded people come to skin that no pixel shows, on people whose skin is known.
 
     python benchmarks/audit_into.py [--frames 300]
 
-People without furniture and people at tables, the furniture taken away, seen from within 60 degrees of their front.
-Objects are put before them by their depth image alone; then the distance of the objects' solids to all vertices of
-the skin is measured.
+Generated people, without furniture or at tables that are taken away, seen from within 60 degrees of their front, are
+taken for recorded ones: objects are put before them by their depth image alone. Then the distance of the objects'
+solids to all vertices of the skin is measured.
 """
 
 import argparse

@@ -16,7 +16,7 @@ class ComposeWeights:
         stroller: A stroller, its handle towards the person.
         chair: A chair, its back towards the person or turned at random.
         clutter: One unrelated object of any class, turned at random.
-        several: One of the three above, and one or two unrelated objects besides.
+        several: A desk, stroller or chair, and one or two unrelated objects besides.
     """
 
     unhidden: float = 0.08
