@@ -3,8 +3,8 @@
     python benchmarks/audit_into.py [--frames 300]
 
 Generated people, without furniture or at tables that are taken away, seen from within 60 degrees of their front,
-are taken for recorded ones: objects are put before them by their depth image alone. Then the distance of the objects'
-solids to all vertices of the skin is measured.
+are taken for recorded ones: objects are put before them by their depth image alone. Then the distance of the
+objects' solids to all vertices of the skin is measured.
 """
 
 import argparse
