@@ -1,4 +1,4 @@
-"""undergrowth generate: a corpus out of a seed and settings."""
+"""undergrowth generate: a corpus out of a seed and settings, of drawn people or of recorded ones."""
 
 import functools
 import logging
@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 import tyro
 from tqdm import tqdm
 
+from pipelines.composing.floor import find_floor
+from pipelines.composing.source import ComposedFrames, make_composed, open_recorded
 from pipelines.corpus import Header, Order, write_corpus
 from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
@@ -17,8 +19,11 @@ from synth.bodies.poselib import read_library
 from synth.bodies.skeleton import DOFS
 from synth.occluders import meshlib
 from synth.scene import FrameSource, ObjectMix, PoseMix, SceneConfig
+from synth.scene.recorded import ComposeConfig
 
 log = logging.getLogger(__name__)
+
+DEFAULT_FRAMES = 1000
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,7 @@ class GenerateSettings:
     Attributes:
         out: Folder of the corpus: new, empty, or one begun with the same settings.
         config: TOML file with any of these settings; those on the command line go before it.
-        frames: How many frames.
+        frames: How many frames; by default 1000, or with `into` as many as are recorded.
         seed: Seed of everything random; the same settings give the same bytes.
         workers: Processes.
         renderer: numba (any machine) or pyrender (OpenGL; needs undergrowth[gl]).
@@ -38,12 +43,14 @@ class GenerateSettings:
         objects: Object library (`undergrowth import meshes`) to take objects from besides the procedural ones.
         objects_share: Share of the draws of an object, of a class that it has, that take from it.
         objects_splits: Splits that use it; the others stay procedural.
+        into: Corpus of recorded people (`undergrowth import depth`) to put objects before; draws no people.
+        compose: What these objects are drawn from; `scene` and `poses` are for drawn people.
         scene: What the scenes are drawn from.
     """
 
     out: Annotated[Path, tyro.conf.Positional]
     config: Path | None = None
-    frames: int = 1000
+    frames: int | None = None
     seed: int = 0
     workers: int = 1
     renderer: Literal["numba", "pyrender"] = "numba"
@@ -53,6 +60,8 @@ class GenerateSettings:
     objects: Path | None = None
     objects_share: float = 0.5
     objects_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
+    into: Path | None = None
+    compose: ComposeConfig = field(default_factory=ComposeConfig)
     scene: SceneConfig = field(default_factory=SceneConfig)
 
     @classmethod
@@ -67,26 +76,56 @@ class GenerateSettings:
         order = self.order()
         log.info("renderer: %s", order.make_source().description)
         generate(self.out, order, self.workers)
-        log.info("%d frames in %s", self.frames, self.out)
+        log.info("%d frames in %s", order.n_frames, self.out)
         return 0
 
-    def order(self) -> Order[FrameSource]:
+    def order(self) -> Order[FrameSource] | Order[ComposedFrames]:
         """What `write_corpus` is to make."""
+        return self._drawn() if self.into is None else self._composed(self.into)
+
+    def _drawn(self) -> Order[FrameSource]:
+        if self.compose != ComposeConfig():
+            raise UserError("compose says what is put before recorded people: give --into CORPUS, or leave it out")
         config: dict[str, object] = {"renderer": self.renderer, "scene": asdict(self.scene)}
         poses = None
         if self.poses is not None:
             mix = make_mix(self.poses, self.poses_share, self.poses_splits)
             poses = functools.partial(make_mix, self.poses, mix.share, mix.splits, mix.library.digest)
             config["poses"] = {"digest": mix.library.digest, "share": mix.share, "splits": list(mix.splits)}
-        objects = None
-        if self.objects is not None:
-            chosen = make_objects(self.objects, self.objects_share, self.objects_splits)
-            digest = chosen.library.digest
-            objects = functools.partial(make_objects, self.objects, chosen.share, chosen.splits, digest)
-            config["objects"] = {"digest": digest, "share": chosen.share, "splits": list(chosen.splits)}
-        make = functools.partial(make_source, self.scene, self.seed, self.frames, self.renderer, poses, objects)
+        objects, about = self._imported_objects()
+        n_frames = DEFAULT_FRAMES if self.frames is None else self.frames
+        make = functools.partial(make_source, self.scene, self.seed, n_frames, self.renderer, poses, objects)
         angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
-        return Order(self.seed, self.frames, config, make, angles)
+        return Order(self.seed, n_frames, config | about, make, angles)
+
+    def _composed(self, into: Path) -> Order[ComposedFrames]:
+        if self.scene != SceneConfig() or self.poses is not None:
+            raise UserError("scene and poses are for drawn people, and --into takes recorded ones: use compose")
+        corpus = open_recorded(into)
+        floor = find_floor(corpus)
+        objects, about = self._imported_objects()
+        n_frames = len(corpus) if self.frames is None else self.frames
+        make = functools.partial(
+            make_composed, into, corpus.digest, floor, self.compose, self.seed, n_frames, self.renderer, objects
+        )
+        recording = corpus.header.config["import"]
+        config = {
+            "renderer": self.renderer,
+            "into": {"corpus": corpus.digest, "floor": asdict(floor), "import": recording},
+            "compose": asdict(self.compose),
+        }
+        angles = tuple((str(name), float(low), float(high)) for name, low, high in corpus.header.labels["angles"])
+        return Order(self.seed, n_frames, config | about, make, angles)
+
+    def _imported_objects(self) -> tuple[Callable[[], ObjectMix] | None, dict[str, object]]:
+        """How the object library is read again, and what the header says of it."""
+        if self.objects is None:
+            return None, {}
+        mix = make_objects(self.objects, self.objects_share, self.objects_splits)
+        digest = mix.library.digest
+        about = {"digest": digest, "share": mix.share, "splits": list(mix.splits)}
+        make = functools.partial(make_objects, self.objects, mix.share, mix.splits, digest)
+        return make, {"objects": about}
 
 
 def make_mix(path: Path, share: float, splits: tuple[str, ...], digest: str | None = None) -> PoseMix:
@@ -152,7 +191,7 @@ def make_source(
 
 @dataclass(frozen=True)
 class _FileSettings:
-    frames: int = 1000
+    frames: int | None = None
     seed: int = 0
     workers: int = 1
     renderer: Literal["numba", "pyrender"] = "numba"
@@ -162,6 +201,8 @@ class _FileSettings:
     objects: Path | None = None
     objects_share: float = 0.5
     objects_splits: tuple[Literal["train", "val", "test"], ...] = ("train", "val", "test")
+    into: Path | None = None
+    compose: ComposeConfig = field(default_factory=ComposeConfig)
     scene: SceneConfig = field(default_factory=SceneConfig)
 
 

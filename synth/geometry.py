@@ -130,11 +130,16 @@ def surface_points(mesh: LabelledMesh, spacing: float) -> NDArray[np.float64]:
         i, j = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
         u, v = ((i + 1.0 / 3.0) / n)[:, None, None], ((j + 1.0 / 3.0) / n)[:, None, None]
         points.append((a + u * (b - a) + v * (c - a)).reshape(-1, 3))
-    return _thinned(np.concatenate(points), 0.5 * spacing)
+    return thinned(np.concatenate(points), 0.5 * spacing)
 
 
-def _thinned(points: NDArray[np.float64], cell: float) -> NDArray[np.float64]:
-    """The first point of each cubic cell that holds any, in the points' order."""
+def thinned(points: NDArray[np.float64], cell: float) -> NDArray[np.float64]:
+    """The first point of each cubic cell that holds any, in the points' order.
+
+    Args:
+        points: (n, 3) [m].
+        cell: Side of the cells [m].
+    """
     cells = np.floor(points / cell).astype(np.int64) + 2**20
     keys = (cells[:, 0] << 42) + (cells[:, 1] << 21) + cells[:, 2]
     return points[np.sort(np.unique(keys, return_index=True)[1])]

@@ -204,6 +204,11 @@ class Corpus:
 
         if sensor not in SENSOR_NAMES:
             raise CorpusError(f"sensor {sensor!r} is unknown; known are {', '.join(SENSOR_NAMES)}")
+        if "into" in self.header.config and sensor != "ideal":
+            raise CorpusError(
+                f"sensor={sensor!r} would be a second one: {self.path} holds recorded people and objects "
+                "that were measured when put there; leave --sensor out"
+            )
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
         return apply_sensor(sensor, depth, self.camera(index), rng)
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.geometry import inverse
 from synth.scene.draw import Scene, SceneDraw
@@ -55,7 +56,7 @@ def add_clutter(draw: SceneDraw, scene: Scene, n_objects: int) -> Scene | None:
 
 
 def _try_clutter(draw: SceneDraw, scene: Scene, azimuth: float) -> Assembly | None:
-    return push_in_the_way(draw, scene, _draw_assembly(draw, draw_clutter_class(draw.rng)), azimuth)
+    return push_in_the_way(draw, scene, draw_assembly(draw, draw_clutter_class(draw.rng)), azimuth)
 
 
 def push_in_the_way(draw: SceneDraw, scene: Scene, assembly: Assembly, azimuth: float) -> Assembly | None:
@@ -73,8 +74,32 @@ def push_in_the_way(draw: SceneDraw, scene: Scene, assembly: Assembly, azimuth: 
     ahead = np.array([np.cos(bearing), np.sin(bearing), 0.0])
     start = START * ahead + float(draw.rng.normal(0.0, 0.15)) * np.array([-ahead[1], ahead[0], 0.0])
     T_world_start = pose_on_floor(start[0], start[1], float(draw.rng.uniform(-np.pi, np.pi)))
+    return push_up(draw, scene.person.vertices, scene.objects, assembly, T_world_start, -ahead)
+
+
+def push_up(
+    draw: SceneDraw,
+    points: NDArray[np.float64],
+    others: Assembly,
+    assembly: Assembly,
+    T_world_start: NDArray[np.float64],
+    direction: NDArray[np.float64],
+) -> Assembly | None:
+    """Pushes objects along a direction until the gap to a person, or to an object in their way, is as drawn.
+
+    Args:
+        draw: The attempt.
+        points: (n, 3) points of the person, world frame [m].
+        others: The objects that are there already.
+        assembly: The objects, the first one on the floor and the others on it; the person touches none of them.
+        T_world_start: (4, 4) pose of the first one, from where it is pushed.
+        direction: (3,) unit vector, world frame.
+
+    Returns:
+        The objects where they stop, or None if they meet nobody or stop inside other objects.
+    """
     T_world_old = T_world_start @ inverse(assembly[0].T_world_object)
-    n_before = len(scene.objects)
+    n_before = len(others)
     moved = tuple(
         replace(
             item,
@@ -84,14 +109,14 @@ def push_in_the_way(draw: SceneDraw, scene: Scene, assembly: Assembly, azimuth: 
         )
         for k, item in enumerate(assembly)
     )
-    obstacles = [scene.person.vertices, *(item.world_surface() for item in scene.objects)]
-    pushed = advance(moved, -ahead, np.concatenate(obstacles), draw.gap())
-    if pushed is None or not all(is_free_of(item, scene.objects) for item in pushed):
+    obstacles = [points, *(item.world_surface() for item in others)]
+    pushed = advance(moved, direction, np.concatenate(obstacles), draw.gap())
+    if pushed is None or not all(is_free_of(item, others) for item in pushed):
         return None
     return pushed
 
 
-def _draw_assembly(draw: SceneDraw, class_name: str) -> Assembly:
+def draw_assembly(draw: SceneDraw, class_name: str) -> Assembly:
     """An object, and what stands on it where it is a table and something fits."""
     carrier = draw.place(class_name, np.eye(4))
     if class_name != "table" or draw.rng.random() >= ON_TABLE_SHARE:

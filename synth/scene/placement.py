@@ -5,11 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from synth.frame import ObjectRecord
 from synth.geometry import transform_points
 from synth.occluders.distance import nearest_point, place
 from synth.occluders.model import Occluder
 from synth.occluders.sweep import free_way, joined
+from synth.vocabulary import PART_NAMES
 
+EYE_ROOM = 0.25
+"""A camera keeps this far from objects [m]."""
 FAR = 3.0
 """Distances are not looked at beyond this [m]."""
 
@@ -114,3 +118,28 @@ def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> boo
 def _radius(placed: PlacedObject) -> float:
     """Horizontal reach of an object from its origin [m]."""
     return float(np.sqrt((placed.surface[:, :2] ** 2).sum(axis=1).max()))
+
+
+def is_eye_free(T_world_camera: NDArray[np.float64], objects: Assembly, room: float = EYE_ROOM) -> bool:
+    """Whether a camera at a (4, 4) pose does not stand in an object or nearer to one than some room [m]."""
+    eye = T_world_camera[None, :3, 3]
+    return not any(item.is_nearer(eye, room) for item in objects)
+
+
+def record_of(item: PlacedObject, instance: int, visible_fraction: float) -> ObjectRecord:
+    """What a frame stores of an object.
+
+    Args:
+        item: The object.
+        instance: Its number in the frame.
+        visible_fraction: Share of its pixels that the composite shows.
+    """
+    return ObjectRecord(
+        instance=instance,
+        class_name=item.occluder.class_name,
+        spec_id=item.spec_id,
+        spec=item.spec,
+        T_world_object=tuple(tuple(float(value) for value in row) for row in item.T_world_object),
+        visible_fraction=visible_fraction,
+        contacts=tuple(PART_NAMES[label] for label in sorted(item.contact_parts)),
+    )

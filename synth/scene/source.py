@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.frame import Frame, FrameInfo, ObjectRecord
+from synth.frame import Frame, FrameInfo
 from synth.geometry import inverse, transform_points
 from synth.render import backends
 from synth.render.labels import Visibility, measure_visibility
@@ -16,11 +15,11 @@ from synth.scene.config import SPLITS, SceneConfig
 from synth.scene.draw import Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family, without_context
 from synth.scene.objects import ObjectMix
-from synth.scene.placement import PlacedObject
+from synth.scene.placement import is_eye_free, record_of
 from synth.scene.pools import Pools
 from synth.scene.soundness import is_sound
 from synth.scene.viewpoint import Viewpoint, draw_azimuth, draw_viewpoint
-from synth.vocabulary import OCCLUDER_CODE, PART_NAMES
+from synth.vocabulary import OCCLUDER_CODE
 
 _FRAME_STREAM = 0
 MAX_SCENES = 400
@@ -29,8 +28,6 @@ MAX_LIBRARY_SCENES = 150
 """Attempts at a scene with recorded poses before the frame takes a procedural one."""
 MAX_VIEWS = 8
 """Viewpoints tried on one scene."""
-EYE_ROOM = 0.25
-"""A camera keeps this far from objects [m]."""
 MIN_BODY_PIXELS = 400
 """The person alone covers at least this many pixels."""
 
@@ -143,7 +140,7 @@ class FrameSource:
         for _ in range(MAX_VIEWS):
             azimuth = draw_azimuth(self.config, draw.rng) if scene.azimuth is None else scene.azimuth
             viewpoint = draw_viewpoint(self.config, self._camera, joints, azimuth, draw.rng)
-            if viewpoint is None or not _is_eye_free(viewpoint, scene):
+            if viewpoint is None or not is_eye_free(viewpoint.T_world_camera, scene.objects):
                 continue
             T_camera_world = inverse(viewpoint.T_world_camera)
             pair = self._renderer.render(T_camera_world, body, objects)
@@ -183,7 +180,7 @@ class FrameSource:
             pose_id=person.pose.source_id or f"pose/{draw.split}/{draw.frame_idx:07d}",
             visible_fraction=labels.visible_fraction,
             objects=tuple(
-                _record(item, k + 1, float(labels.object_visible_fraction[k + 1]))
+                record_of(item, k + 1, float(labels.object_visible_fraction[k + 1]))
                 for k, item in enumerate(scene.objects)
             ),
         )
@@ -204,21 +201,3 @@ class FrameSource:
             camera=self._camera,
             info=info,
         )
-
-
-def _is_eye_free(viewpoint: Viewpoint, scene: Scene) -> bool:
-    """Whether the camera itself does not stand in an object or right before one."""
-    eye: NDArray[np.float64] = viewpoint.T_world_camera[None, :3, 3]
-    return not any(item.is_nearer(eye, EYE_ROOM) for item in scene.objects)
-
-
-def _record(item: PlacedObject, instance: int, visible_fraction: float) -> ObjectRecord:
-    return ObjectRecord(
-        instance=instance,
-        class_name=item.occluder.class_name,
-        spec_id=item.spec_id,
-        spec=item.spec,
-        T_world_object=tuple(tuple(float(value) for value in row) for row in item.T_world_object),
-        visible_fraction=visible_fraction,
-        contacts=tuple(PART_NAMES[label] for label in sorted(item.contact_parts)),
-    )

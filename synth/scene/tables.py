@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.geometry import inverse, transform_points
+from synth.geometry import inverse, transform_points, translation
 from synth.occluders.model import Anchor
 from synth.scene.draw import FOREARMS, Person, SceneDraw
 from synth.scene.placement import PlacedObject, advance, pose_on_floor
@@ -53,7 +53,7 @@ def stand_on_table(
 
     Args:
         draw: The attempt.
-        class_name: "laptop" or "monitor".
+        class_name: "laptop", "monitor" or "other".
         table: The table.
         table_idx: Its index among the scene's objects.
         depth: Range of the distance between the table's near edge and the object's [m].
@@ -63,12 +63,21 @@ def stand_on_table(
         The object, or None if it would stick out over the table's border.
     """
     drawn = draw.place(class_name, np.eye(4))
-    base, top = drawn.occluder.anchor("base"), table.occluder.anchor("top")
+    base, top = _base_of(drawn), table.occluder.anchor("top")
     x = -edge_depth(table, y) + float(draw.rng.uniform(*depth)) + 0.5 * base.size[0]
     T_top_base = pose_on_floor(x, y, float(draw.rng.normal(0.0, 0.05)))
     T_world_object = table.T_world_object @ top.T_object_anchor @ T_top_base @ inverse(base.T_object_anchor)
     placed = replace(drawn, T_world_object=T_world_object, contact_parts=FOREARMS, stands_on=table_idx)
     return placed if _is_carried(T_top_base, base, top) else None
+
+
+def _base_of(item: PlacedObject) -> Anchor:
+    """The underside of an object; of one without such an anchor, the rectangle round all of it."""
+    if any(anchor.name == "base" for anchor in item.occluder.anchors):
+        return item.occluder.anchor("base")
+    low, high = item.surface[:, :2].min(axis=0), item.surface[:, :2].max(axis=0)
+    x, y = 0.5 * (low + high)
+    return Anchor("base", translation(float(x), float(y), 0.0), (float(high[0] - low[0]), float(high[1] - low[1])))
 
 
 def _is_carried(T_top_base: NDArray[np.float64], base: Anchor, top: Anchor) -> bool:
