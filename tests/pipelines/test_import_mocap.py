@@ -10,8 +10,9 @@ from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.importing.mocap import MocapSettings, import_mocap, split_of, trial_and_subject
 from pipelines.verify import faults
+from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
-from synth.bodies.mocap.roles import CONVENTIONS
+from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.poselib import read_library
 from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root
@@ -170,7 +171,7 @@ def test_an_unknown_kind_of_import_lists_the_known(capsys):
 def test_a_mapping_reads_joints_of_any_name(folder, lib, tmp_path):
     names = {}
     text = (folder / "01_01.bvh").read_text()
-    for role, name in CONVENTIONS[1].joints.items():
+    for role, name in joints_of(parse_bvh(text))[0].joints.items():
         text = text.replace(f" {name}\n", f" x{role}\n")
         names[role] = f"x{role}"
     (tmp_path / "01_01.bvh").write_text(text)

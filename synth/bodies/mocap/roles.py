@@ -10,6 +10,7 @@ from synth.bodies.mocap.bvh import END, Bvh, MocapError
 
 _MIDLINE = ("hips", "thorax", "neck", "head")
 _SIDED = ("clavicle", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe")
+_HIPS = re.compile(r"(.*[^a-z])?hips?", re.IGNORECASE)
 ROLES: tuple[str, ...] = _MIDLINE + tuple(f"{side}_{name}" for name in _SIDED for side in "lr")
 """Roles that a file must fill; a joint stands for the place where it turns."""
 
@@ -85,9 +86,6 @@ CONVENTIONS: tuple[Convention, ...] = tuple(_conventions())
 """Conventions that are found out without being told."""
 
 
-_HIPS = re.compile(r"(.*[^a-z])?hips?", re.IGNORECASE)
-
-
 def plain_names(names: Sequence[str]) -> list[str]:
     """Joint names without what programs add to them: "mixamorig:", "Character1_", spaces, capitals.
 
@@ -97,7 +95,13 @@ def plain_names(names: Sequence[str]) -> list[str]:
     short = [name.rpartition(":")[2] for name in names]
     hips = [found[1] for found in (_HIPS.fullmatch(name) for name in short) if found]
     prefix = (hips[0] or "") if hips else ""
-    return [re.sub(r"[ _.-]", "", name.removeprefix(prefix)).lower() for name in short]
+    if 2 * sum(name.startswith(prefix) for name in short) <= len(short):
+        prefix = ""  # of a side, not of the file
+    return [_plain(name.removeprefix(prefix)) for name in short]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[ _.-]", "", name.rpartition(":")[2]).lower()
 
 
 def joints_of(bvh: Bvh, custom: Convention | None = None) -> tuple[Convention, dict[str, int]]:
@@ -124,10 +128,6 @@ def joints_of(bvh: Bvh, custom: Convention | None = None) -> tuple[Convention, d
         wanted = ", ".join(f"{best.joints[role]} ({role})" for role in missing)
         raise MocapError(f"lacks joints of the {best.name!r} naming: {wanted}; it has {', '.join(names)}")
     return best, {role: places[_plain(best.joints[role])] for role in ROLES}
-
-
-def _plain(name: str) -> str:
-    return plain_names([name])[0]
 
 
 def _missing(convention: Convention, names: Mapping[str, int]) -> list[str]:
