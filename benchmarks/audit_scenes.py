@@ -4,22 +4,31 @@ Both ways are measured: skin vertices against every closed object mesh's volume 
 open ones is left to the other way), and points on every object's surface against the closed skin. Prints the
 deepest overlap's distribution and the share of scenes over 1 cm, over all scenes and by family.
 
-    python benchmarks/audit_scenes.py [--scenes 500] [--seed 0]
+    python benchmarks/audit_scenes.py [--scenes 500] [--seed 0] [--poses FILE] [--objects FILE] [--split test]
+
+With libraries of recorded poses or imported objects, all frames are of one split and take all they can from them.
 """
 
 import argparse
 from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
 
 import igl
 import numpy as np
 from tqdm import tqdm
 
+from synth.bodies.poselib import read_library as read_poses
 from synth.bodies.skinning import posed_mesh
 from synth.frame import Frame
 from synth.geometry import LabelledMesh, surface_points
-from synth.occluders import registry
+from synth.occluders.meshlib import IMPORTED, MeshLibrary
+from synth.occluders.meshlib import read_library as read_objects
 from synth.scene import FrameSource, SceneConfig
-from synth.scene.replay import person_of
+from synth.scene.bases import PoseMix
+from synth.scene.config import SPLITS, SplitShares
+from synth.scene.objects import ObjectMix
+from synth.scene.replay import occluder_of, person_of
 
 LIMIT = 0.01
 
@@ -31,8 +40,12 @@ def signed_distance(mesh: LabelledMesh, points: np.ndarray) -> np.ndarray:
     )[0]
 
 
-def audit(frame: Frame) -> tuple[float, list[float], list[float]]:
+def audit(frame: Frame, library: MeshLibrary | None) -> tuple[float, list[float], list[float]]:
     """Measures one scene.
+
+    Args:
+        frame: Its frame.
+        library: Where imported objects come from.
 
     Returns:
         Deepest overlap of skin and objects [m]; smallest gap to each object that nothing may touch, and that
@@ -42,7 +55,7 @@ def audit(frame: Frame) -> tuple[float, list[float], list[float]]:
     skin = posed_mesh(body, pose)
     overlap, clear, touched = 0.0, [], []
     for record in frame.info.objects:
-        mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
+        mesh = occluder_of(record, library).mesh.transformed(record.T_world_object)
         gap = float(signed_distance(skin, surface_points(mesh, 0.01)).min())
         if mesh.is_closed:
             gap = min(gap, float(signed_distance(mesh, skin.vertices).min()))
@@ -59,17 +72,33 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--poses", type=Path)
+    parser.add_argument("--objects", type=Path)
+    parser.add_argument("--split", choices=SPLITS, default="test")
     options = parser.parse_args()
-    config = SceneConfig()
+    config, poses, objects = SceneConfig(), None, None
+    if options.poses or options.objects:
+        config = replace(config, splits=SplitShares(*[float(split == options.split) for split in SPLITS]))
+    if options.poses:
+        poses = PoseMix(read_poses(options.poses), 1.0, (options.split,))
+    if options.objects:
+        objects = ObjectMix(read_objects(options.objects), 1.0, (options.split,))
+    library = None if objects is None else objects.library
+    source = FrameSource(config, options.seed, options.scenes, poses=poses, objects=objects)
     overlaps: dict[str, list[float]] = defaultdict(list)
     clear: dict[str, list[float]] = defaultdict(list)
     touched = []
-    for frame in tqdm(FrameSource(config, options.seed, options.scenes), total=options.scenes, mininterval=2.0):
-        overlap, clear_here, touched_here = audit(frame)
+    n_recorded, n_imported, n_objects = 0, 0, 0
+    for frame in tqdm(source, total=options.scenes, mininterval=2.0):
+        n_recorded += frame.info.pose_id.startswith("mocap/")
+        n_imported += sum(record.spec["kind"] == IMPORTED for record in frame.info.objects)
+        n_objects += len(frame.info.objects)
+        overlap, clear_here, touched_here = audit(frame, library)
         overlaps[frame.info.scene_family].append(overlap)
         clear[frame.info.scene_family] += clear_here
         touched += touched_here
     everything = np.concatenate([np.array(values) for values in overlaps.values()])
+    print(f"{options.scenes} scenes, {n_recorded} of recorded poses; {n_imported} of {n_objects} objects imported")
     print("deepest overlap of skin and objects")
     print(f"{'family':14} scenes  over 1 cm   median     95 %      max  [mm]")
     for name, values in [*sorted(overlaps.items()), ("all", everything)]:

@@ -1,6 +1,8 @@
 """Smoothing joints over time: error and jitter with and without, on people who move from one pose to another.
 
 python benchmarks/bench_smoothing.py --model FILE --corpus DIR [--split val] [--sequences 8] [--seconds 3]
+
+A corpus with imported objects needs their library: --objects FILE.
 """
 
 import argparse
@@ -22,23 +24,25 @@ from synth.bodies.kinematics import joint_positions  # noqa: E402
 from synth.bodies.skinning import posed_mesh  # noqa: E402
 from synth.frame import Frame  # noqa: E402
 from synth.geometry import inverse, transform_points  # noqa: E402
-from synth.occluders import registry  # noqa: E402
+from synth.occluders.meshlib import MeshLibrary, read_library  # noqa: E402
 from synth.render import backends  # noqa: E402
 from synth.render.records import RenderObject  # noqa: E402
-from synth.scene.replay import person_of  # noqa: E402
+from synth.scene.replay import occluder_of, person_of  # noqa: E402
 from synth.vocabulary import OCCLUDER_CODE  # noqa: E402
 
 FRAMES_A_SECOND = 30
 NOISES_M = (0.01, 0.03, 0.1)
 
 
-def sequence(first: Frame, last: Frame, n: int) -> tuple[list[np.ndarray], np.ndarray]:
+def sequence(
+    first: Frame, last: Frame, n: int, library: MeshLibrary | None
+) -> tuple[list[np.ndarray], np.ndarray]:
     """(images, (n, 15, 3) joints): the first frame's person among its objects, moving to the last's angles."""
     body, pose = person_of(first)
     T_camera_world = inverse(first.T_world_camera)
     objects = [
         RenderObject(
-            registry.make(registry.from_plain(item.spec)).mesh,
+            occluder_of(item, library).mesh,
             OCCLUDER_CODE[item.class_name],
             item.instance,
             np.array(item.T_world_object),
@@ -83,7 +87,9 @@ def main() -> None:
     parser.add_argument("--split", default="val")
     parser.add_argument("--sequences", type=int, default=8)
     parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--objects", type=Path)
     options = parser.parse_args()
+    library = read_library(options.objects) if options.objects else None
     walker, corpus = Walker(load_model(options.model)), Corpus.open(options.corpus)
     places = [walker.model.labels.joints.index(name) for name in walker.model.joints]
     inside = [walker.model.labels.joints.index(name) for name in walker.model.config.box_joints]
@@ -91,7 +97,7 @@ def main() -> None:
     found, trust, truths = [], [], []
     for first, last in pairs_of(corpus, options.split, options.sequences):
         frame = corpus[first]
-        images, joints = sequence(frame, corpus[last], n)
+        images, joints = sequence(frame, corpus[last], n, library)
         boxes = [upper_body_box(true[inside], frame.camera, BOX_MARGIN_M) for true in joints]
         answers = [walker.predict(image, frame.camera, box=box) for image, box in zip(images, boxes, strict=True)]
         found.append([answer.joints for answer in answers])

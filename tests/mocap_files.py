@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from synth.bodies.kinematics import link_transforms
+from synth.bodies.mocap.bvh import END, parse_bvh, place_joints
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.7))
@@ -125,3 +126,45 @@ def _in_file_order(table: list, name: str = "Hips") -> list:
     for child in [row[0] for row in table if row[1] == name]:
         out += _in_file_order(table, child)
     return out
+
+
+def rewritten(text: str, order: str = "ZXY", places: str = "", A: NDArray[np.float64] | None = None) -> str:
+    """The same recording as another program writes it.
+
+    Args:
+        text: A BVH file.
+        order: Of the turns about the axes.
+        places: What position channels of joints below the root hold: "offsets", "zeros"; "" = none.
+        A: (3, 3) rotation from its axes to the new file's.
+    """
+    bvh = parse_bvh(text)
+    A = np.eye(3) if A is None else A
+    position, rotation = place_joints(bvh, bvh.values)
+    local = [
+        rotation[:, j] if joint.parent < 0 else np.swapaxes(rotation[:, joint.parent], 1, 2) @ rotation[:, j]
+        for j, joint in enumerate(bvh.joints)
+    ]
+    turns = [Rotation.from_matrix(A @ turn @ A.T).as_euler(order, degrees=True) for turn in local]
+    columns, lines, depth = [], ["HIERARCHY"], []
+    for j, joint in enumerate(bvh.joints):
+        while depth and depth[-1] != joint.parent:
+            depth.pop()
+            lines.append("}")
+        is_end = joint.name.endswith(END)
+        word = "End Site" if is_end else f"{'JOINT' if depth else 'ROOT'} {joint.name}"
+        offset = A @ np.array(joint.offset)
+        lines += [word, "{", "OFFSET " + " ".join(f"{value:.6f}" for value in offset)]
+        depth.append(j)
+        if is_end:
+            continue
+        has_place = joint.parent < 0 or places
+        moves = "Xposition Yposition Zposition " if has_place else ""
+        lines.append(f"CHANNELS {6 if has_place else 3} {moves}{' '.join(f'{axis}rotation' for axis in order)}")
+        if joint.parent < 0:
+            columns.append(position[:, j] @ A.T)
+        elif places:
+            columns.append(np.tile(offset * (places == "offsets"), (len(position), 1)))
+        columns.append(turns[j])
+    lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(position)}", f"Frame Time: {bvh.frame_time}"]
+    rows = np.concatenate(columns, axis=1)
+    return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in rows)]) + "\n"

@@ -11,6 +11,7 @@ from pathlib import Path
 from pipelines.ablate.config import Question, Size, asked, load_config
 from pipelines.ablate.document import make_document, write_document
 from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.libraries import read_libraries
 from pipelines.ablate.plan import make_plan
 from pipelines.ablate.run import run_plan
 from pipelines.ablate.terminal import table_lines
@@ -33,6 +34,8 @@ class AblateSettings:
         config: TOML file with any of those settings; they go before the size's.
         out: Folder for corpora, models, rows and ablation.json; finished work in it is used again.
         questions: What else is asked; goes before the settings' own.
+        poses: Pose library that the question imported tests on (`undergrowth import mocap`).
+        objects: Object library that it tests on (`undergrowth import meshes`).
         threads: Threads, and processes that make frames; the scores do not depend on it.
         json: Print one JSON object instead of a table.
     """
@@ -41,6 +44,8 @@ class AblateSettings:
     config: Path | None = None
     out: Path = Path("out/ablation")
     questions: tuple[Question, ...] = ()
+    poses: Path | None = None
+    objects: Path | None = None
     threads: int = field(default_factory=usable_cores)
     json: bool = False
 
@@ -71,9 +76,10 @@ def ablate(settings: AblateSettings) -> dict:
         UserError: Wrong settings, a folder in use, a full disk, damaged files in the folder.
     """
     begun = time.monotonic()
-    config = asked(load_config(settings.size, settings.config), settings.questions)
+    config = load_config(settings.size, settings.config)
+    config = asked(config, settings.questions, settings.poses, settings.objects)
     folder = ResultsFolder(settings.out)
-    plan = make_plan(config)
+    plan = make_plan(config, read_libraries(config))
     folder.prepare()
     with locked_folder(settings.out):
         run_plan(plan, folder, settings.threads)

@@ -24,9 +24,10 @@ Row = Literal["baseline", "occluders", "semantic", "rwf_body", "rwf"]
 """Methods. The first three are regression forests by their mode; rwf_body: a random walk forest that learned from
 bodies alone; rwf: one that learned from what the sensor sees."""
 
-Question = Literal["context", "unseen_class", "sensor", "frames", "trees", "pixels"]
+Question = Literal["context", "unseen_class", "sensor", "imported", "frames", "trees", "pixels"]
 """What else can be asked: does the gain need the relation of object and pose; does it hold for a class of objects
-that was never seen; under a sensor's noise; how does it grow with training frames, trees, voting pixels."""
+that was never seen; under a sensor's noise; on recorded poses and other people's objects; how does it grow with
+training frames, trees, voting pixels."""
 
 OARF_ROWS: tuple[OARFRow, ...] = get_args(OARFRow)
 RWF_ROWS: tuple[RWFRow, ...] = get_args(RWFRow)
@@ -73,6 +74,8 @@ class AblationConfig:
         n_question_seeds: Trainings for each answer, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
         noisy_sensor: Sensor model of the question sensor.
+        test_poses: Pose library of the question imported (`undergrowth import mocap`).
+        test_objects: Object library of it (`undergrowth import meshes`).
         frame_counts: Numbers of training frames of the question frames; the first so many are taken.
         tree_counts: Numbers of trees of the question trees; the first so many are asked.
         pixel_counts: Numbers of voting pixels of the question pixels.
@@ -90,6 +93,8 @@ class AblationConfig:
     n_question_seeds: int = 1
     unseen_class: str = "stroller"
     noisy_sensor: str = "kinect_v2"
+    test_poses: Path | None = None
+    test_objects: Path | None = None
     frame_counts: tuple[int, ...] = (140, 280, 555, 1110)
     tree_counts: tuple[int, ...] = (1, 2, 3)
     pixel_counts: tuple[int, ...] = (50, 100, 200, 500, 1000, 2000)
@@ -130,14 +135,20 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
     return from_table(AblationConfig, merged(table, read_toml(path)), str(path))
 
 
-def asked(config: AblationConfig, questions: tuple[Question, ...]) -> AblationConfig:
-    """The same with other questions, if any are given.
+def asked(
+    config: AblationConfig,
+    questions: tuple[Question, ...] = (),
+    poses: Path | None = None,
+    objects: Path | None = None,
+) -> AblationConfig:
+    """The same with other questions and libraries to test on, if any are given.
 
     Raises:
         UserError: A question's settings do not fit the rest.
     """
+    given = {"questions": questions, "test_poses": poses, "test_objects": objects}
     try:
-        return replace(config, questions=questions) if questions else config
+        return replace(config, **{name: value for name, value in given.items() if value})  # type: ignore[arg-type]
     except ValueError as error:
         raise UserError(str(error)) from None
 

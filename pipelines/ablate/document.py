@@ -38,7 +38,7 @@ def make_document(config: AblationConfig, plan: Plan, folder: ResultsFolder) -> 
     return {
         "schema": SCHEMA,
         "schema_version": SCHEMA_VERSION,
-        "settings": asdict(config),
+        "settings": _settings(config, plan),
         "software": versions(),
         "sources": {name: sources_digest(name) for name in ("synth", "forests", "pipelines/metrics")},
         "corpora": [_corpus_document(job, folder) for job in plan.corpora],
@@ -53,6 +53,13 @@ def write_document(document: dict, folder: ResultsFolder) -> None:
     write_atomically(folder.document, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
 
+def _settings(config: AblationConfig, plan: Plan) -> dict:
+    """The configuration with digests of libraries in the place of their paths."""
+    digests = [job.imported.digests for job in plan.corpora]
+    of = {name: next((item[name] for item in digests if item[name]), None) for name in ("poses", "objects")}
+    return asdict(config) | {"test_poses": of["poses"], "test_objects": of["objects"]}
+
+
 def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
     corpus = open_corpus(folder, job)
     return {
@@ -60,6 +67,7 @@ def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
         "key": job.key,
         "digest": corpus.digest,
         "is_context_kept": job.scene.is_context_kept,
+        "imported": job.imported.digests,
         "n_frames": {split: len(corpus.split(split)) for split in ("train", "val", "test")},
     }
 
@@ -92,5 +100,9 @@ def _training_document(job: ScoringJob, folder: ResultsFolder) -> dict:
         "corpus": folder.corpus(job.training.corpus).name,
         "n_train_frames": len(job.training.train.of(open_corpus(folder, job.training.corpus))),
         "model": {"file": f"models/{model.name}", "key": job.training.key, "digest": file_digest(model)},
-        "rows": {"file": f"rows/{folder.rows(job).name}", "key": job.key},
+        "rows": {
+            "file": f"rows/{folder.rows(job).name}",
+            "key": job.key,
+            "corpus": folder.corpus(job.corpus).name,
+        },
     }

@@ -1,7 +1,7 @@
 """Pieces of an ablation's work, each with a key: a digest of all that its result depends on."""
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
 from pipelines.ablate.config import CorpusConfig, Row
 from pipelines.ablate.digests import digest_of, sources_digest, versions
+from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
 from synth.scene import SceneConfig
@@ -30,33 +31,42 @@ class CorpusJob:
 
     Attributes:
         config: What it holds.
+        imported: What its frames take besides what is drawn; with any, it holds the test frames alone.
     """
 
     config: CorpusConfig
+    imported: Libraries = field(default_factory=Libraries)
 
     @functools.cached_property
     def key(self) -> str:
         """Digest of the corpus."""
-        return digest_of("corpus", self.config, versions(), sources_digest("synth"))
+        what = (self.config.seed, self.scene, self.counts, self.imported.digests)
+        return digest_of("corpus", what, versions(), sources_digest("synth"))
 
     @functools.cached_property
     def source_key(self) -> str:
         """Digest of where its frames come from: frame i of a split is the same for any numbers of frames."""
         scene = replace(self.config.scene, splits=SplitShares())
-        return digest_of("frames", self.config.seed, scene, versions(), sources_digest("synth"))
+        what = (self.config.seed, scene, self.imported.digests)
+        return digest_of("frames", what, versions(), sources_digest("synth"))
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Frames of train, val and test."""
+        config = self.config
+        if self.imported:
+            return 0, 0, config.test_frames
+        return config.train_frames, config.val_frames, config.test_frames
 
     @property
     def n_frames(self) -> int:
         """Frames of all splits."""
-        config = self.config
-        return config.train_frames + config.val_frames + config.test_frames
+        return sum(self.counts)
 
     @property
     def scene(self) -> SceneConfig:
         """What the scenes are drawn from, splits by the numbers of frames."""
-        config = self.config
-        splits = SplitShares(*map(float, (config.train_frames, config.val_frames, config.test_frames)))
-        return replace(config.scene, splits=splits)
+        return replace(self.config.scene, splits=SplitShares(*map(float, self.counts)))
 
 
 @dataclass(frozen=True)
@@ -137,13 +147,15 @@ class ScoringJob:
 
     Attributes:
         training: The forest.
-        test: Frames of its corpus.
+        corpus: Where the test frames come from.
+        test: Frames of it.
         sensor: Sensor model of them.
         n_trees: The first so many trees are asked; 0 = all.
         n_pixels: Pixels that vote; 0 = as trained.
     """
 
     training: TrainingJob
+    corpus: CorpusJob
     test: Selection
     sensor: str | None = None
     n_trees: int = 0
@@ -152,7 +164,7 @@ class ScoringJob:
     @functools.cached_property
     def key(self) -> str:
         """Digest of the rows."""
-        asked = (self.test, self.sensor, self.n_trees, self.n_pixels)
+        asked = (self.corpus.source_key, self.test, self.sensor, self.n_trees, self.n_pixels)
         return digest_of("rows", self.training.key, asked, sources_digest(*_SCORING_SOURCES))
 
     @property

@@ -8,6 +8,7 @@ from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
 from pipelines.ablate.config import OARF_ROWS, AblationConfig, Question, Row
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
+from pipelines.ablate.libraries import Libraries
 
 Setting = str | int | bool | None
 """A condition's value of what its question varies."""
@@ -61,20 +62,25 @@ class Plan:
     @property
     def corpora(self) -> tuple[CorpusJob, ...]:
         """Each once."""
-        return _once(job.corpus for job in self.trainings)
+        return _once(corpus for job in self.scorings for corpus in (job.training.corpus, job.corpus))
 
 
 def _once(jobs: Iterable[_Job]) -> tuple[_Job, ...]:
     return tuple({job.key: job for job in jobs}.values())
 
 
-def make_plan(config: AblationConfig) -> Plan:
+def make_plan(config: AblationConfig, libraries: Libraries | None = None) -> Plan:
     """Plans the main table and every question asked.
 
     Conditions of a question differ in what it asks about alone; those that equal work of the main table share it.
+
+    Args:
+        config: What is asked.
+        libraries: What the question imported tests on.
     """
     main = Condition(None, (), tuple(_main(config)))
-    asked = [condition for name in config.questions for condition in QUESTIONS[name](config)]
+    known = libraries or Libraries()
+    asked = [condition for name in config.questions for condition in QUESTIONS[name](config, known)]
     return Plan((main, *asked))
 
 
@@ -96,7 +102,7 @@ def scoring(config: AblationConfig, row: Row, number: int) -> ScoringJob:
         Selection("val", corpus.val_frames),
         config.sensor,
     )
-    return ScoringJob(training, Selection("test", corpus.test_frames), config.sensor)
+    return ScoringJob(training, training.corpus, Selection("test", corpus.test_frames), config.sensor)
 
 
 def _forest(config: AblationConfig, row: Row, number: int) -> OARFConfig | RWFConfig:
@@ -123,14 +129,14 @@ def _condition(
     return Condition(question, tuple(settings.items()), tuple(scorings))
 
 
-def _ask_context(config: AblationConfig) -> Iterator[Condition]:
+def _ask_context(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for is_kept in (True, False):
         scene = replace(config.corpus.scene, is_context_kept=is_kept)
         corpus = CorpusJob(replace(config.corpus, scene=scene))
-        yield _condition(config, "context", {"is_context_kept": is_kept}, {"corpus": corpus})
+        yield _condition(config, "context", {"is_context_kept": is_kept}, {"corpus": corpus}, {"corpus": corpus})
 
 
-def _ask_unseen_class(config: AblationConfig) -> Iterator[Condition]:
+def _ask_unseen_class(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """Both train on as many frames and tune on the same."""
     name, corpus = config.unseen_class, config.corpus
     val = Selection("val", corpus.val_frames, "without", name)
@@ -141,7 +147,7 @@ def _ask_unseen_class(config: AblationConfig) -> Iterator[Condition]:
         yield _condition(config, "unseen_class", settings, {"train": train, "val": val}, {"test": test})
 
 
-def _ask_sensor(config: AblationConfig) -> Iterator[Condition]:
+def _ask_sensor(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """Of the methods that learn from what the sensor sees: bodies alone have no noise."""
     for in_training in (None, config.noisy_sensor):
         for in_test in (None, config.noisy_sensor):
@@ -150,27 +156,41 @@ def _ask_sensor(config: AblationConfig) -> Iterator[Condition]:
             yield _condition(config, "sensor", settings, {"sensor": in_training}, {"sensor": in_test}, rows)
 
 
-def _ask_frames(config: AblationConfig) -> Iterator[Condition]:
+def _ask_imported(config: AblationConfig, libraries: Libraries) -> Iterator[Condition]:
+    """The main table's forests, all trainings of them, on test frames of another origin."""
+    for objects in dict.fromkeys((None, libraries.objects)):
+        for poses in dict.fromkeys((None, libraries.poses)):
+            settings = {
+                "poses": "recorded" if poses else "procedural",
+                "objects": "imported" if objects else "procedural",
+            }
+            corpus = CorpusJob(config.corpus, Libraries(poses, objects))
+            scorings = tuple(replace(job, corpus=corpus) for job in _main(config))
+            yield Condition("imported", tuple(settings.items()), scorings)
+
+
+def _ask_frames(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.frame_counts:
         yield _condition(config, "frames", {"n_train_frames": count}, {"train": Selection("train", count)})
 
 
-def _ask_trees(config: AblationConfig) -> Iterator[Condition]:
+def _ask_trees(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.tree_counts:
         n_trees = 0 if count == config.oarf.n_trees else count
         yield _condition(config, "trees", {"n_trees": count}, asked={"n_trees": n_trees})
 
 
-def _ask_pixels(config: AblationConfig) -> Iterator[Condition]:
+def _ask_pixels(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.pixel_counts:
         n_pixels = 0 if count == config.oarf.n_voting_pixels else count
         yield _condition(config, "pixels", {"n_voting_pixels": count}, asked={"n_pixels": n_pixels})
 
 
-QUESTIONS: dict[Question, Callable[[AblationConfig], Iterator[Condition]]] = {
+QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Condition]]] = {
     "context": _ask_context,
     "unseen_class": _ask_unseen_class,
     "sensor": _ask_sensor,
+    "imported": _ask_imported,
     "frames": _ask_frames,
     "trees": _ask_trees,
     "pixels": _ask_pixels,

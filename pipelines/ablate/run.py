@@ -4,6 +4,7 @@ import itertools
 
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
+from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, Progress, SetShare, cost
@@ -57,7 +58,19 @@ def _is_finished(folder: ResultsFolder, job: CorpusJob) -> bool:
 
 def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
     out = folder.corpus(job)
-    settings = GenerateSettings(out, frames=job.n_frames, seed=job.config.seed, scene=job.scene)
+    poses, objects = job.imported.poses, job.imported.objects
+    settings = GenerateSettings(
+        out,
+        frames=job.n_frames,
+        seed=job.config.seed,
+        scene=job.scene,
+        poses=None if poses is None else poses.path,
+        poses_share=1.0,
+        poses_splits=(SPLIT,),
+        objects=None if objects is None else objects.path,
+        objects_share=1.0,
+        objects_splits=(SPLIT,),
+    )
     write_corpus(out, settings.order(), n_threads, lambda n_done, _: set_share(n_done / job.n_frames))
 
 
@@ -68,7 +81,7 @@ def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: S
 
 
 def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
-    corpus = open_corpus(folder, job.training.corpus)
+    corpus = open_corpus(folder, job.corpus)
     numbers = job.test.of(corpus)
     frames = CorpusFrames(corpus, numbers, job.sensor)
     n_done = itertools.count(1)
@@ -84,7 +97,7 @@ def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: Se
         "row": job.training.row,
         "seed": job.training.forest.seed,
         "model": {"key": job.training.key, "file": folder.model(job.training).name},
-        "corpus": {"folder": folder.corpus(job.training.corpus).name, "digest": corpus.digest},
+        "corpus": {"folder": folder.corpus(job.corpus).name, "digest": corpus.digest},
         "pixels": None if confusion is None else pixel_values(confusion),
     }
     write_results(folder.rows(job), [results], context)

@@ -12,7 +12,7 @@ import tyro
 from tqdm import tqdm
 
 from pipelines.errors import UserError
-from pipelines.importing.meshfiles import USUAL_UP, read_mesh, usual_unit, usual_up
+from pipelines.importing.meshfiles import USUAL_UP, prescribed_unit, read_mesh, usual_frame
 from pipelines.importing.mocap import split_of
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError
@@ -148,14 +148,14 @@ def _import(path: Path, row: Mapping[str, str], settings: MeshSettings) -> MeshM
     if class_name is None:
         raise MeshError(f"is of unknown class {word!r}, {_known_classes()}; give --class or an index")
     hints = Hints(
-        unit=row.get("unit") or settings.unit or usual_unit(path),
+        unit=row.get("unit") or settings.unit or prescribed_unit(path),
         up=row.get("up") or settings.up,
         forward=row.get("forward") or settings.forward,
     )
     split = row.get("split") or _split(name, settings)
     if split not in SPLITS:
         raise MeshError(f"has split {split!r}, known are {', '.join(SPLITS)}")
-    return make_model(read_mesh(path, settings.seed), name, class_name, split, hints, usual_up(path))
+    return make_model(read_mesh(path, settings.seed), name, class_name, split, hints, *usual_frame(path))
 
 
 def _split(name: str, settings: MeshSettings) -> str:

@@ -1,6 +1,7 @@
 """Reads mesh files and URDFs with the libraries of undergrowth[import], which are loaded only here."""
 
 import hashlib
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from pipelines.errors import UserError
 from synth.occluders.imported.shape import MeshError, Triangles
+from synth.occluders.imported.sizes import UNITS
 
 USUAL_UP: dict[str, str] = {
     ".obj": "y",
@@ -47,12 +49,34 @@ def read_mesh(path: Path, seed: int) -> Triangles:
     return Triangles(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
 
 
-def usual_up(path: Path) -> str:
-    """The axis that files of this extension mostly have up."""
-    return USUAL_UP[path.suffix.lower()]
+def usual_frame(path: Path) -> tuple[str, str | None]:
+    """The axis that a file probably has up and its probable unit: as it says, or as its kind has them."""
+    suffix = path.suffix.lower()
+    said = _said_by_collada(path) if suffix == ".dae" else {}
+    return said.get("up", USUAL_UP[suffix]), said.get("unit")
 
 
-def usual_unit(path: Path) -> str | None:
+def _said_by_collada(path: Path) -> dict[str, str]:
+    """Up axis and unit out of a DAE file's asset; what programs write there is often wrong."""
+    said = {}
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if up := re.search(r"<up_axis>\s*([XYZ])_UP\s*</up_axis>", text):
+        said["up"] = up[1].lower()
+    if unit := re.search(r"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]+)\s*[\"']", text):
+        nearest = min(UNITS, key=lambda name: abs(UNITS[name] - _number(unit[1])))
+        if abs(_number(unit[1]) / UNITS[nearest] - 1.0) < 0.01:
+            said["unit"] = nearest
+    return said
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return 0.0
+
+
+def prescribed_unit(path: Path) -> str | None:
     """The unit that a format prescribes, if it does."""
     return "m" if path.suffix.lower() in (".glb", ".gltf", ".urdf") else None
 

@@ -4,7 +4,8 @@ import hashlib
 import logging
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
 
@@ -40,6 +41,8 @@ log = logging.getLogger(__name__)
 
 SHARES: dict[str, float] = {"train": 0.7, "val": 0.1, "test": 0.2}
 """How subjects that no list names are dealt to the splits."""
+FRAMES_A_SECOND = 30.0
+"""Of faster recordings, every second, third, ... frame is looked at."""
 AVERAGE = BodySpec(1.70, 68.0, 0.5, 35.0)
 """A pose that cannot be put on this body is dropped."""
 
@@ -53,9 +56,9 @@ class MocapSettings:
         out: File of the library.
         mapping: TOML file with a table [joints] of role = "joint name", for files with names of their own.
         distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
-        train: Subjects that belong to this split.
+        train: Subjects, or patterns such as '0*', that belong to this split.
         val: Likewise.
-        test: Likewise.
+        test: Likewise; '*' puts all into the test split.
         seed: Deals out the subjects that no list names.
     """
 
@@ -100,7 +103,7 @@ class Recording:
     Attributes:
         poses: They, as a library of one recording.
         places: (n, 15, 3) joints of an average body in them [m].
-        n_frames: Frames of the file.
+        n_frames: Frames that were looked at.
         n_t_poses: Those that are T-poses.
         n_open: Those that stand or sit.
     """
@@ -185,11 +188,14 @@ def split_of(subject: str, given: Mapping[str, str], seed: int) -> str:
 
     Args:
         subject: Who.
-        given: Split by subject, where it is fixed.
+        given: Split by subject or pattern, where it is fixed; a name goes before a pattern.
         seed: Deals out the others, each independently of who else there is.
     """
     if subject in given:
         return given[subject]
+    for pattern, split in given.items():
+        if fnmatchcase(subject, pattern):
+            return split
     drawn = int.from_bytes(hashlib.sha256(f"{seed}/{subject}".encode()).digest()[:8], "big") / 2.0**64
     for split, share in SHARES.items():
         drawn -= share
@@ -209,15 +215,19 @@ def _read(
     for recording in earlier:
         if recording.trial.name == name:
             raise MocapError(f"is trial {name} again, which {recording.trial.file} gave already")
-    bvh = parse_bvh(path.read_text(encoding="utf-8"))
-    source = read_source(bvh, custom)
-    poses, support = retarget(source), find_support(source, bvh.frame_time)
+    bvh = parse_bvh(path.read_text(encoding="utf-8-sig"))
+    if len(bvh.values) < bvh.n_promised:
+        log.warning("%s was cut: it has %d of %d frames", path, len(bvh.values), bvh.n_promised)
+    step = max(1, round(1.0 / (FRAMES_A_SECOND * bvh.frame_time)))
+    taken = replace(bvh, frame_time=step * bvh.frame_time, values=bvh.values[::step])
+    source = read_source(taken, custom)
+    poses, support = retarget(source), find_support(source, taken.frame_time)
     places = joint_places(poses)
     is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
     rows = unlike_poses(places, is_open, settings.distance)
     trial = Trial(name, subject, split_of(subject, given, settings.seed), path.name)
     return Recording(
-        _library_of(trial, poses, support, settings).taken(rows),
+        _library_of(trial, poses, support, step, settings).taken(rows),
         places[rows],
         len(is_open),
         int(source.is_t_pose.sum()),
@@ -225,7 +235,9 @@ def _read(
     )
 
 
-def _library_of(trial: Trial, poses: Retargeted, support: Support, settings: MocapSettings) -> PoseLibrary:
+def _library_of(
+    trial: Trial, poses: Retargeted, support: Support, step: int, settings: MocapSettings
+) -> PoseLibrary:
     n = len(poses.angles)
     feet = np.where(support.is_flat, FOOT_FLAT, np.where(support.is_down, FOOT_DOWN, FOOT_UP))
     return PoseLibrary(
@@ -236,7 +248,7 @@ def _library_of(trial: Trial, poses: Retargeted, support: Support, settings: Moc
         is_sitting=support.is_sitting,
         feet=feet.astype(np.uint8),
         trial=np.zeros(n, dtype=np.int32),
-        frame=np.arange(n, dtype=np.int32),
+        frame=step * np.arange(n, dtype=np.int32),
         settings={"distance": settings.distance, "seed": settings.seed},
     )
 

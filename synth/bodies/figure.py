@@ -36,8 +36,8 @@ UPRIGHT = (
 # Standard deviations over their means (ANSUR II, Gordon et al. 2014; see `population`).
 LEG_SPREAD, ARM_SPREAD, HEAD_SPREAD, SHOULDER_SPREAD, HIP_SPREAD = 0.030, 0.030, 0.025, 0.045, 0.045
 UPPER_ARM_FACTOR = 1.125
-"""The reference's arms are shorter than people's: shoulder to elbow is 0.142 of the stature, and 0.16 in de Leva 1996
-(J. Biomechanics 29, table 4)."""
+"""The reference's arms are shorter than people's: shoulder to elbow is 0.142 of the stature, and 0.16 in de Leva
+1996 (J. Biomechanics 29, table 4)."""
 FOREARM_FACTORS = (1.10, 1.02)
 """Of women and men: elbow to wrist is 0.131 and 0.148 of the stature, against 0.152 and 0.154 in de Leva 1996 and
 0.145 in Winter (2009, fig. 4.1), so between the two."""

@@ -23,6 +23,10 @@ _HEADER = "undergrowth"
 _ARRAYS = {"vertices": ("float32", 3), "faces": ("int32", 3), "boxes": ("float64", 6)}
 
 
+IMPORTED = "imported"
+"""Kind of an object of a library in what frames store."""
+
+
 class MeshLibraryError(ValueError):
     """A file that is no object library or is damaged."""
 
@@ -75,7 +79,7 @@ class MeshModel:
     @property
     def spec_id(self) -> str:
         """Identifier in the corpus."""
-        return f"imported/{self.class_name}/{self.split}/{self.name}"
+        return f"{IMPORTED}/{self.class_name}/{self.split}/{self.name}"
 
     def header(self) -> dict[str, object]:
         """All but the arrays, as JSON values."""

@@ -13,7 +13,7 @@ from synth.bodies.shape import BodySpec, sample_body
 from synth.bodies.skin import make_body
 from synth.geometry import surface_points
 from synth.occluders import registry
-from synth.occluders.meshlib import MeshModel
+from synth.occluders.meshlib import IMPORTED, MeshModel
 from synth.occluders.model import Occluder
 from synth.scene.config import DRAWS_PER_BLOCK, SPLITS, SceneConfig
 from synth.scene.objects import ObjectMix
@@ -131,7 +131,7 @@ class Pools:
 
 
 def _pooled(model: MeshModel) -> PooledObject:
-    spec: dict[str, object] = {"kind": "imported", "name": model.name}
+    spec: dict[str, object] = {"kind": IMPORTED, "name": model.name}
     return PooledObject(model.spec_id, spec, model.occluder, surface_points(model.occluder.mesh, SURFACE_SPACING))
 
 

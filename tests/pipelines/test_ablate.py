@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from toy_libraries import objects_of, poses_of
 from toy_results import results_of, truths_of
 
 from forests.estimate import JointEstimate
@@ -20,6 +21,8 @@ from pipelines.corpus.sequence import CorpusFrames
 from pipelines.metrics import MEASURES, compare, draw_frames, read_truths, summarise
 from pipelines.predictions import Contestant, predict_frames
 from pipelines.results import read_results
+from synth.bodies import poselib
+from synth.occluders import meshlib
 from synth.vocabulary import JOINT_NAMES
 
 TINY = """
@@ -140,9 +143,21 @@ def test_only_methods_that_start_in_a_box_are_told_one(toy_corpus):
 # A run
 
 
+QUESTIONS = ("--questions", "trees", "pixels", "imported")
+
+
+def write_settings(folder):
+    """A TOML file of settings, and the libraries that it names."""
+    poselib.write_library(folder / "poses.lib", poses_of("test"))
+    meshlib.write_library(folder / "objects.lib", objects_of("test"))
+    toml = folder / "tiny.toml"
+    paths = {f"test_{name}": folder / f"{name}.lib" for name in ("poses", "objects")}
+    toml.write_text("".join(f'{name} = "{path}"\n' for name, path in paths.items()) + TINY)
+    return toml
+
+
 def run(out, capsys, *options, size="demo"):
-    toml = out.with_name("tiny.toml")
-    toml.write_text(TINY)
+    toml = write_settings(out.parent)
     code = main(["ablate", "--size", size, "--config", str(toml), "--out", str(out), *options])
     return code, capsys.readouterr()
 
@@ -162,10 +177,9 @@ def document_of(out):
 def finished(tmp_path_factory):
     """An ablation that ran undisturbed with two threads."""
     out = tmp_path_factory.mktemp("ablation") / "a"
-    toml = out.with_name("tiny.toml")
-    toml.write_text(TINY)
+    toml = write_settings(out.parent)
     words = ["ablate", "--size", "demo", "--config", str(toml), "--out", str(out), "--threads", "2"]
-    assert main([*words, "--questions", "trees", "pixels"]) == 0
+    assert main([*words, *QUESTIONS]) == 0
     return out
 
 
@@ -204,14 +218,14 @@ def test_the_document_names_files_that_are_there_and_fit(finished):
 
 def test_json_is_one_object_that_equals_the_file(finished, capsys):
     words = ["ablate", "--size", "demo", "--config", str(finished.with_name("tiny.toml")), "--out", str(finished)]
-    assert main([*words, "--questions", "trees", "pixels", "--json"]) == 0
+    assert main([*words, *QUESTIONS, "--json"]) == 0
     out = capsys.readouterr().out
     assert out.count("\n") == 1
     assert json.loads(out) == json.loads((finished / "ablation.json").read_text())
 
 
 def test_the_table_stands_beside_the_papers(finished, capsys):
-    code, captured = run(finished, capsys, "--questions", "trees", "pixels")
+    code, captured = run(finished, capsys, *QUESTIONS)
     lines = captured.out.splitlines()
     assert code == 0
     for row, paper in (("baseline", "44"), ("occluders", "48"), ("semantic", "54")):
@@ -244,6 +258,7 @@ def test_a_killed_run_goes_on_to_the_same_document(finished, tmp_path, capsys, m
     killed_at(monkeypatch, TreeFolder, "save", 10**6, saved)
     kept: dict = {}
     for owner, name, n_before in (
+        (ablate_run, "write_corpus", 2),
         (TreeFolder, "save", 3),
         (ablate_run, "train_model", 2),
         (ablate_run, "write_results", 3),
@@ -251,7 +266,7 @@ def test_a_killed_run_goes_on_to_the_same_document(finished, tmp_path, capsys, m
         with monkeypatch.context() as patch:
             killed_at(patch, owner, name, n_before)
             with pytest.raises(Killed):
-                run(out, capsys, "--questions", "trees", "pixels", "--threads", "1")
+                run(out, capsys, *QUESTIONS, "--threads", "1")
         assert not (out / "ablation.json").exists()
         files = [
             path
@@ -262,7 +277,7 @@ def test_a_killed_run_goes_on_to_the_same_document(finished, tmp_path, capsys, m
         assert kept.items() <= now.items()
         assert len(now) > len(kept)
         kept = now
-    assert run(out, capsys, "--questions", "trees", "pixels", "--threads", "1")[0] == 0
+    assert run(out, capsys, *QUESTIONS, "--threads", "1")[0] == 0
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
     assert len(set(saved)) == len(saved) >= 12
     assert not list(out.rglob("*.partial"))
@@ -272,7 +287,31 @@ def test_a_killed_run_goes_on_to_the_same_document(finished, tmp_path, capsys, m
 def test_a_finished_run_makes_nothing_again(finished, capsys, monkeypatch):
     for step in ("write_corpus", "train_model", "write_results"):
         monkeypatch.delattr(ablate_run, step)
-    assert run(finished, capsys, "--questions", "trees", "pixels")[0] == 0
+    assert run(finished, capsys, *QUESTIONS)[0] == 0
+
+
+def test_imported_frames_are_scored_by_the_main_tables_forests(finished):
+    document = document_of(finished)
+    main_rows = document["main"]["rows"]
+    digests = {"poses": poses_of("test").digest, "objects": objects_of("test").digest}
+    assert {name: document["settings"][f"test_{name}"] for name in digests} == digests
+    folders = {item["folder"]: item for item in document["corpora"]}
+    for condition in document["questions"]["imported"]:
+        taken = {name: condition["settings"][name] != "procedural" for name in digests}
+        assert (condition["rows"] == main_rows) == (not any(taken.values()))
+        for name, row in condition["rows"].items():
+            for ours, theirs in zip(row["trainings"], main_rows[name]["trainings"], strict=True):
+                assert ours["model"] == theirs["model"]
+            told = folders[ours["rows"]["corpus"]]
+            assert told["imported"] == {key: digests[key] if taken[key] else None for key in digests}
+            corpus = Corpus.open(finished / told["folder"])
+            (results,), context = read_results(finished / ours["rows"]["file"])
+            assert context["corpus"] == {"folder": told["folder"], "digest": corpus.digest}
+            assert (results.truths.frame == corpus.split("test")).all()
+        infos = [corpus.info(int(i)) for i in corpus.split("test")]
+        assert all(info.pose_id.startswith("mocap/test/") == taken["poses"] for info in infos)
+        tables = {part.spec_id for info in infos for part in info.objects if part.class_name == "table"}
+        assert all(table.startswith("imported/") == taken["objects"] for table in tables)
 
 
 def test_selections_keep_a_class_out_and_as_many_frames_in(finished):

@@ -1,18 +1,24 @@
 """The plan of an ablation, what its keys depend on, and its settings."""
 
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import pytest
+from toy_libraries import objects_of, poses_of
 
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
 from pipelines.ablate.config import ROWS, AblationConfig, CorpusConfig, load_config, merged
+from pipelines.ablate.libraries import Libraries, Library
 from pipelines.ablate.plan import QUESTIONS, make_plan
 from pipelines.cli import main
+from synth.bodies import poselib
+from synth.occluders import meshlib
 from synth.scene import SceneConfig
 
 CONFIG = AblationConfig(questions=tuple(QUESTIONS), n_seeds=2)
+LIBRARIES = Libraries(Library(Path("poses.lib"), "p"), Library(Path("objects.lib"), "o"))
 
 
 # The plan
@@ -97,9 +103,10 @@ def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
 
 
 VARIED = {
-    "context": {"training.corpus.config.scene.is_context_kept"},
+    "context": {"training.corpus.config.scene.is_context_kept", "corpus.config.scene.is_context_kept"},
     "unseen_class": {"training.train.rule"},
     "sensor": {"training.sensor", "sensor"},
+    "imported": {"corpus.imported.poses", "corpus.imported.objects"},
     "frames": {"training.train.n"},
     "trees": {"n_trees"},
     "pixels": {"n_pixels"},
@@ -113,22 +120,23 @@ def leaves(values, prefix=""):
 
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_conditions_of_a_question_differ_in_what_it_asks_alone(question):
-    conditions = [item for item in make_plan(CONFIG).conditions if item.question == question]
+    conditions = [item for item in make_plan(CONFIG, LIBRARIES).conditions if item.question == question]
     first = conditions[0]
     assert len(conditions) > 1
     differing = set()
     for condition in conditions:
         assert condition.rows == first.rows
         for job, reference in zip(condition.scorings, first.scorings, strict=True):
-            pairs = zip(leaves(asdict(job)), leaves(asdict(reference)), strict=True)
-            differing |= {name for (name, value), (_, other) in pairs if value != other}
+            ours, theirs = dict(leaves(asdict(job))), dict(leaves(asdict(reference)))
+            names = {name.removesuffix(".path").removesuffix(".digest") for name in ours.keys() ^ theirs.keys()}
+            differing |= names | {name for name in ours.keys() & theirs.keys() if ours[name] != theirs[name]}
     assert differing == VARIED[question]
     assert len({condition.settings for condition in conditions}) == len(conditions)
 
 
 @pytest.mark.parametrize("question", sorted(set(QUESTIONS) - {"unseen_class"}))
 def test_a_question_uses_work_of_the_main_table_again(question):
-    main, *conditions = make_plan(replace(CONFIG, questions=(question,))).conditions
+    main, *conditions = make_plan(replace(CONFIG, questions=(question,)), LIBRARIES).conditions
     known = {job.key for job in main.scorings}
     is_known = [{job.key for job in condition.scorings} <= known for condition in conditions]
     assert is_known.count(True) == 1
@@ -137,6 +145,42 @@ def test_a_question_uses_work_of_the_main_table_again(question):
 def test_trees_and_pixels_need_no_training():
     n_main = len(make_plan(replace(CONFIG, questions=())).trainings)
     assert len(make_plan(replace(CONFIG, questions=("trees", "pixels"))).trainings) == n_main
+
+
+def imported_corpora(libraries):
+    """Corpora of the test frames by (poses, objects), and whether the question needs trainings of its own."""
+    plan = make_plan(replace(CONFIG, questions=("imported",)), libraries)
+    main, *conditions = plan.conditions
+    assert plan.trainings == make_plan(replace(CONFIG, questions=())).trainings
+    for condition in conditions:
+        assert [job.training.key for job in condition.scorings] == [job.training.key for job in main.scorings]
+    return {tuple(dict(item.settings).values()): item.scorings[0].corpus for item in conditions}
+
+
+def test_the_question_imported_tests_the_main_tables_forests_on_what_is_given():
+    both = imported_corpora(LIBRARIES)
+    assert list(both) == [
+        ("procedural", "procedural"), ("recorded", "procedural"),
+        ("procedural", "imported"), ("recorded", "imported"),
+    ]  # fmt: skip
+    assert [corpus.counts for corpus in both.values()] == [(1110, 200, 440), *[(0, 0, 440)] * 3]
+    assert len({corpus.key for corpus in both.values()}) == 4
+    assert list(imported_corpora(replace(LIBRARIES, objects=None))) == list(both)[:2]
+    assert list(imported_corpora(replace(LIBRARIES, poses=None))) == list(both)[::2]
+
+
+def test_a_librarys_digest_is_in_the_keys_and_its_path_is_not():
+    def keys(**poses):
+        libraries = replace(LIBRARIES, poses=replace(LIBRARIES.poses, **poses))
+        plan = make_plan(replace(CONFIG, questions=("imported",)), libraries)
+        by_condition = [
+            {job.key for job in item.scorings} | {item.scorings[0].corpus.key} for item in plan.conditions
+        ]
+        return by_condition[1:]
+
+    assert keys(path=Path("moved")) == keys()
+    are_same = [ours == theirs for ours, theirs in zip(keys(digest="q"), keys(), strict=True)]
+    assert are_same == [True, False, True, False]
 
 
 # Settings
@@ -195,3 +239,32 @@ def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
     words = ["ablate", "--size", "demo", "--config", str(path), "--out", str(tmp_path / "a")]
     assert main([*words, "--questions", "trees"]) == 1
     assert capsys.readouterr().err == "undergrowth: error: tree_counts=99 must be in 1..2\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--questions", "imported"], "question imported needs a library to test on: --poses or --objects"),
+        (["--poses", "POSES"], "POSES is used by the question imported alone; ask it too"),
+        (["--objects", "OBJECTS"], "OBJECTS is used by the question imported alone; ask it too"),
+        (["--questions", "imported", "--poses", "none"], "there is no pose library none"),
+        (["--questions", "imported", "--objects", "none"], "there is no object library none"),
+        (["--questions", "imported", "--poses", "OBJECTS"], "OBJECTS is no"),
+        (["--questions", "imported", "--objects", "CUT"], "CUT is no object library or damaged"),
+        (
+            ["--questions", "imported", "--poses", "POSES"],
+            "POSES has no poses of the split test; import some with --test",
+        ),
+        (["--questions", "imported", "--objects", "OBJECTS"], "OBJECTS has no objects of the split test"),
+    ],
+)
+def test_libraries_that_cannot_be_tested_on_are_one_line(tmp_path, capsys, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    poselib.write_library(Path("POSES"), poses_of("train"))
+    meshlib.write_library(Path("OBJECTS"), objects_of("train"))
+    Path("CUT").write_bytes(Path("OBJECTS").read_bytes()[:-100])
+    assert main(["ablate", "--size", "demo", "--out", "a", *words]) == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert not Path("a").exists()

@@ -1,5 +1,6 @@
 """`undergrowth import meshes` reads what others wrote, lists what it cannot use, and feeds `generate`."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from pipelines.errors import UserError
 from pipelines.generate import GenerateSettings
 from pipelines.importing.meshes import MeshSettings, import_meshes
+from synth.occluders.imported.sizes import TO_UPRIGHT
 
 REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
 CORNERS = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
@@ -143,3 +145,105 @@ def test_a_real_table_and_a_real_laptop_are_understood(tmp_path: Path) -> None:
     assert laptop.role == "laptop"
     assert table.role == "table"
     assert table.occluder.anchor("top").size == pytest.approx((0.914, 0.914), abs=0.03)
+
+
+# Files of other programs
+
+
+def table_parts(trimesh):
+    """A table's top and legs as two meshes, y up, in metres."""
+    top = trimesh.creation.box((1.4, 0.03, 0.8), trimesh.transformations.translation_matrix((0, 0.735, 0)))
+    legs = [
+        trimesh.creation.box((0.06, 0.72, 0.06), trimesh.transformations.translation_matrix((x, 0.36, z)))
+        for x in (-0.6, 0.6)
+        for z in (-0.3, 0.3)
+    ]
+    return top, trimesh.util.concatenate(legs)
+
+
+def nested_scene(trimesh):
+    """The table under nodes that scale and turn it, beside an empty node, a line and points."""
+    scene, outer = trimesh.Scene(), np.diag([2.0, 2.0, 2.0, 1.0])
+    scene.graph.update(frame_from="world", frame_to="group", matrix=outer)
+    scene.graph.update(frame_from="world", frame_to="nothing", matrix=np.eye(4))
+    for k, part in enumerate(table_parts(trimesh)):
+        T = trimesh.transformations.rotation_matrix(0.7 + k, (0, 1, 0)) @ np.diag([100.0, 100.0, 100.0, 1.0])
+        inner = part.copy()
+        inner.apply_transform(np.linalg.inv(outer @ T))
+        scene.add_geometry(inner, node_name=f"part {k}", parent_node_name="group", transform=T)
+    scene.add_geometry(trimesh.load_path(np.array([[0.0, 0.0, 0.0], [5.0, 5.0, 5.0]])))
+    scene.add_geometry(trimesh.PointCloud(np.full((3, 3), 4.0)))
+    return scene
+
+
+def write_scenes(trimesh, folder: Path) -> None:
+    nested_scene(trimesh).export(folder / "table__glb.glb")
+    for name, data in trimesh.exchange.gltf.export_gltf(nested_scene(trimesh)).items():
+        (folder / ("table__gltf.gltf" if name == "model.gltf" else name)).write_bytes(data)
+    whole = trimesh.util.concatenate(table_parts(trimesh))
+    whole.export(folder / "table__y.obj")
+    whole.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (1, 0, 0)))
+    for suffix, unit in (("ply", 1.0), ("stl", 1000.0)):
+        made = whole.copy()
+        made.apply_scale(unit)
+        made.export(folder / f"table__z_{suffix}.{suffix}")
+
+
+def test_scene_graphs_and_kinds_of_files_give_one_table(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
+    write_scenes(trimesh, tmp_path)
+    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", test=("*",)))
+    frames = {model.name: model.frame for model in library.models}
+    assert frames == {
+        "glb": "m, y up", "gltf": "m, y up", "y": "m, y up", "z_ply": "m, z up", "z_stl": "mm, z up",
+    }  # fmt: skip
+    for model in library.models:
+        assert model.role == "table"
+        assert np.sort(np.ptp(model.vertices, axis=0)) == pytest.approx([0.75, 0.8, 1.4], abs=1e-4)
+        assert len(model.faces) == 60
+
+
+@pytest.mark.parametrize(
+    ("asset", "up", "scale", "frame"),
+    [
+        ("<unit meter='1'/><up_axis>Y_UP</up_axis>", "y", 1.0, "m, y up"),
+        ("<unit name='c' meter='0.01'/><up_axis>Z_UP</up_axis>", "z", 100.0, "cm, z up"),
+        ("<unit meter='0.0254'/><up_axis>X_UP</up_axis>", "x", 1 / 0.0254, "inch, x up"),
+        ("<up_axis>Y_UP</up_axis>", "z", 1000.0, "mm, z up"),
+        ("<unit meter='1'/><up_axis>Z_UP</up_axis>", "y", 100.0, "cm, y up"),
+    ],
+)
+def test_what_a_dae_says_of_itself_counts_where_it_can_be_true(
+    tmp_path: Path, asset: str, up: str, scale: float, frame: str
+) -> None:
+    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
+    pytest.importorskip("collada", reason="DAE files need pycollada")
+    mesh = trimesh.util.concatenate(table_parts(trimesh))
+    R = TO_UPRIGHT[up].T @ TO_UPRIGHT["y"]
+    made = trimesh.Trimesh(scale * mesh.vertices @ R.T, mesh.faces, process=False)
+    text = made.export(file_type="dae")
+    text = text.decode() if isinstance(text, bytes) else text
+    dates = "<created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified>"
+    text = re.sub("<asset>.*?</asset>", f"<asset>{dates}{asset}</asset>", text, flags=re.DOTALL)
+    (tmp_path / "table__a.dae").write_text(text)
+    (model,) = import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models
+    assert model.frame == frame
+    assert np.ptp(model.vertices, axis=0)[2] == pytest.approx(0.75, abs=1e-4)
+
+
+def test_a_table_forty_metres_long_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
+    write_scenes(trimesh, tmp_path)
+    long = trimesh.util.concatenate(table_parts(trimesh))
+    long.apply_transform(np.diag([40.0 / 1.4, 1.0, 1.0, 1.0]))
+    for suffix in ("obj", "glb", "stl"):
+        long.export(tmp_path / f"table__long_{suffix}.{suffix}")
+    large = trimesh.util.concatenate(table_parts(trimesh))
+    large.apply_scale(40.0 / 1.4)
+    large.export(tmp_path / "table__large.glb")
+    caplog.set_level("WARNING", "pipelines")
+    names = {model.name for model in import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models}
+    refused = [record.getMessage() for record in caplog.records]
+    assert len(names) == 5
+    assert len(refused) == 4
+    assert all("is no table (0.25-1.25 m high, 0.35-3.5 m long" in line for line in refused)

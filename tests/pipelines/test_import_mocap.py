@@ -10,8 +10,9 @@ from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.importing.mocap import MocapSettings, import_mocap, split_of, trial_and_subject
 from pipelines.verify import faults
+from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
-from synth.bodies.mocap.roles import CONVENTIONS
+from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.poselib import read_library
 from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root
@@ -46,7 +47,7 @@ def folder(tmp_path_factory):
     (root / "c_joints.bvh").write_text(good.replace("LeftUpLeg", "Thigh"))
     (root / "d_nan.bvh").write_text(good.rstrip().rpartition(" ")[0] + " nan\n")
     (root / "e_zero.bvh").write_text(good[: good.index("Frames:")] + "Frames: 0\nFrame Time: 0.03\n")
-    (root / "f_cut.bvh").write_text(good[: len(good) // 2])
+    (root / "f_cut.bvh").write_text(good[: good.index("Frame Time") + 20])
     (root / "g_empty.bvh").write_text("")
     return root
 
@@ -66,8 +67,8 @@ def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, c
         ("01_01_again.bvh", "is trial 01_01 again, which 01_01.bvh gave already"),
         ("a_text.bvh", "is no BVH file"),
         ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
-        ("d_nan.bvh", "frame 40 holds NaN"), ("e_zero.bvh", "has 0 frames"), ("f_cut.bvh", "lines of values"),
-        ("g_empty.bvh", "is no BVH file"),
+        ("d_nan.bvh", "frame 40 holds NaN"), ("e_zero.bvh", "has 0 frames"),
+        ("f_cut.bvh", "has no whole line of values"), ("g_empty.bvh", "is no BVH file"),
     ]:  # fmt: skip
         assert any(name in line and reason in line for line in refused), name
     assert len(refused) == 8
@@ -170,7 +171,7 @@ def test_an_unknown_kind_of_import_lists_the_known(capsys):
 def test_a_mapping_reads_joints_of_any_name(folder, lib, tmp_path):
     names = {}
     text = (folder / "01_01.bvh").read_text()
-    for role, name in CONVENTIONS[1].joints.items():
+    for role, name in joints_of(parse_bvh(text))[0].joints.items():
         text = text.replace(f" {name}\n", f" x{role}\n")
         names[role] = f"x{role}"
     (tmp_path / "01_01.bvh").write_text(text)
@@ -226,3 +227,30 @@ def test_people_on_stools_sit_and_people_who_walk_stand(tmp_path):
     assert share["12_01"] == 0.0
     assert share["13_01"] > 0.1
     assert share["14_31"] > 0.2
+
+
+def test_fast_recordings_are_thinned_to_the_frames_of_slow_ones_and_cut_ones_told(tmp_path, caplog):
+    slow = recording(0.0)
+    head, _, tail = slow.partition("Frame Time: 0.033333\n")
+    lines = tail.splitlines()
+    fast = head.replace("Frames: 41", "Frames: 200") + "Frame Time: 0.008333\n"
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    (tmp_path / "a" / "05_01.bvh").write_text(slow)
+    (tmp_path / "b" / "05_01.bvh").write_bytes(
+        b"\xef\xbb\xbf" + (fast + "\n".join(line for line in lines for _ in range(4))).encode()
+    )
+    caplog.set_level("WARNING", "pipelines")
+    ours, theirs = (import_mocap(MocapSettings(tmp_path / name, tmp_path / "lib")) for name in "ba")
+    assert (ours.angles == theirs.angles).all()
+    assert (ours.frame == 4 * theirs.frame).all()
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{tmp_path / 'b' / '05_01.bvh'} was cut: it has 164 of 200 frames"
+    ]
+
+
+def test_a_pattern_puts_all_subjects_into_a_split(folder, tmp_path):
+    library = import_mocap(MocapSettings(folder, tmp_path / "lib", test=("*",)))
+    assert {trial.split for trial in library.trials} == {"test"}
+    library = import_mocap(MocapSettings(folder, tmp_path / "lib", val=("02",), test=("0[13]",)))
+    assert {trial.subject: trial.split for trial in library.trials} == {"01": "test", "02": "val", "03": "test"}

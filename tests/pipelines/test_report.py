@@ -476,6 +476,10 @@ def test_questions_show_their_conditions(tmp_path, toy_corpus, truths):
     questions = {
         "trees": [{"settings": {"n_trees": n}, **condition} for n in (1, 3)],
         "sensor": [{"settings": {"in_training": None, "in_test": "kinect_v2"}, **condition}],
+        "imported": [
+            {"settings": {"poses": poses, "objects": "imported"}, **condition}
+            for poses in ("procedural", "recorded")
+        ],
         "pixels": [],
     }
     text = page_of(tmp_path, toy_corpus, answers, with_corpus=False, questions=questions)
@@ -485,6 +489,10 @@ def test_questions_show_their_conditions(tmp_path, toy_corpus, truths):
     scores = condition["rows"]["semantic"]["occluded"]
     assert numbers(of_trees["3"][3]) == shown(scores["map_10cm"], *scores["map_10cm_ci"])
     assert page.cells("question-sensor-all")["clean"][0] == "kinect_v2"
+    of_imported = page.cells("question-imported-all")
+    assert list(of_imported) == ["procedural", "recorded"]
+    assert of_imported["recorded"][0] == "imported"
+    assert text.count("The forests are those of the main table") == 1
     assert section(text, "questions").count('role="img"') == 2
 
 

@@ -10,9 +10,8 @@ from synth.bodies.poselib import FOOT_DOWN, FOOT_FLAT, PoseLibrary, Trial
 from synth.bodies.skinning import posed_mesh
 from synth.frame import Frame
 from synth.geometry import surface_points
-from synth.occluders import registry
 from synth.scene import FrameSource, PoseMix, SceneConfig, SceneWeights
-from synth.scene.replay import person_of
+from synth.scene.replay import occluder_of, person_of
 from tests.mocap_files import SIT, STAND, degrees
 
 SMALL = SceneConfig(camera="custom", intrinsics=(160, 120, 142.0, 142.0, 79.5, 59.5))
@@ -106,7 +105,7 @@ def test_nothing_sinks_into_the_person_and_contacts_are_where_they_belong(family
         touched = [record.class_name for record in frame.info.objects if "l_hand" in record.contacts]
         assert hands is None or hands in touched
         for record in frame.info.objects:
-            mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
+            mesh = occluder_of(record).mesh.transformed(record.T_world_object)
             points = surface_points(mesh, 0.02).astype(np.float64)
             inside = igl.signed_distance(points, skin.vertices.astype(np.float64), skin.faces.astype(np.int64))[0]
             assert inside.min() > -0.01

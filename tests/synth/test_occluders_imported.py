@@ -15,6 +15,7 @@ from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_clo
 from synth.occluders.imported.sizes import TO_UPRIGHT
 from synth.occluders.meshlib import MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
 from synth.scene import FrameSource, ObjectMix, SceneConfig, SceneWeights
+from synth.scene.replay import occluder_of
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 CUBE = np.array([
@@ -235,6 +236,13 @@ def test_scenes_take_models_in_the_splits_that_use_them(library: MeshLibrary) ->
     mixed = FrameSource(config, 3, 5, objects=ObjectMix(library, 1.0, ("test",)))
     assert mixed.counts == (4, 0, 1)
     frame, same = mixed.frame(4), FrameSource(config, 3, 5, objects=ObjectMix(library, 1.0, ("test",))).frame(4)
+    for item in frame.info.objects:
+        model = library.model(item.spec_id.rpartition("/")[2])
+        assert occluder_of(item, library).mesh is model.occluder.mesh
+    with pytest.raises(ValueError, match="is imported: the object library that it came from is needed"):
+        occluder_of(frame.info.objects[0])
+    with pytest.raises(ValueError, match="is not of this library: the library has no model"):
+        occluder_of(frame.info.objects[0], MeshLibrary((), {}))
     assert {item.spec_id for item in frame.info.objects} == {
         "imported/table/test/t", "imported/chair/test/c", "imported/laptop/test/l",
     }  # fmt: skip

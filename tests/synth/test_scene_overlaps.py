@@ -8,9 +8,8 @@ import pytest
 
 from synth.bodies.skinning import posed_mesh
 from synth.geometry import LabelledMesh, surface_points
-from synth.occluders import registry
 from synth.scene import FrameSource, SceneConfig, SceneWeights
-from synth.scene.replay import person_of
+from synth.scene.replay import occluder_of, person_of
 
 
 def deepest(mesh: LabelledMesh, points: np.ndarray) -> float:
@@ -28,7 +27,7 @@ def test_nothing_sinks_into_the_person(family: str) -> None:
         skin = posed_mesh(body, pose)
         assert frame.info.objects
         for record in frame.info.objects:
-            mesh = registry.make(registry.from_plain(record.spec)).mesh.transformed(record.T_world_object)
+            mesh = occluder_of(record).mesh.transformed(record.T_world_object)
             assert deepest(skin, surface_points(mesh, 0.02)) < 0.01
             if mesh.is_closed:
                 assert deepest(mesh, skin.vertices) < 0.01

@@ -55,8 +55,8 @@ def protocol_section(source: Source) -> Section:
         "Bandwidths and the reach of votes are tuned on the validation frames; the paper took the bandwidths of "
         "the work that it builds on.",
         "A feature that is tried is scored at several thresholds, on some of the pixels where a node has many.",
-        "The paper also tested on real images, with joints marked in two dimensions by hand; nothing here is "
-        "real.",
+        "The paper also tested on real images, with joints marked in two dimensions by hand; here every image is "
+        "rendered.",
     ]
     if any(name.startswith("rwf") for name in source.rows):
         boxed = ", ".join(name.replace("_", " ") for name in source.document["settings"]["rwf"]["box_joints"])
@@ -105,6 +105,7 @@ def configuration_section(source: Source) -> Section:
         [
             item["folder"],
             "yes" if item["is_context_kept"] else "no",
+            *(item.get("imported", {}).get(name) or NOTHING for name in ("poses", "objects")),
             *map(str, item["n_frames"].values()),
             item["digest"],
         ]
@@ -126,7 +127,16 @@ def configuration_section(source: Source) -> Section:
         + table(
             "corpora",
             "Corpora, frames by split",
-            ["", "relation of object and pose kept", "train", "val", "test", "digest"],
+            [
+                "",
+                "relation of object and pose kept",
+                "pose library",
+                "object library",
+                "train",
+                "val",
+                "test",
+                "digest",
+            ],
             corpora,
         )
         + table(

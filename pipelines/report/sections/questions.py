@@ -13,6 +13,7 @@ _TITLES: Mapping[str, str] = {
     "context": "Does the gain need the relation of object and pose?",
     "unseen_class": "Does the gain hold for a class of objects that was never seen?",
     "sensor": "Does the gain hold under a sensor's noise?",
+    "imported": "Does the gain hold on recorded poses and other people's objects?",
     "frames": "How do the scores grow with training frames?",
     "trees": "How do the scores grow with trees?",
     "pixels": "How do the scores grow with voting pixels?",
@@ -26,6 +27,10 @@ _SETTINGS: Mapping[str, str] = {
     "n_train_frames": "training frames",
     "n_trees": "trees",
     "n_voting_pixels": "voting pixels",
+}
+_NOTES: Mapping[str, str] = {
+    "imported": "The forests are those of the main table, all trainings of them, and learned from procedural "
+    "frames alone; only the test frames are others.",
 }
 _PAIRS = ("semantic - occluders", "semantic - baseline")
 _MEASURE = "map_10cm"
@@ -41,7 +46,8 @@ def questions_section(source: Source) -> Section:
     n_seeds = source.document["settings"]["n_question_seeds"]
     notes = (
         f"Conditions of a question differ in nothing else. Mean average precision at 10 cm [%], {n_seeds} "
-        f"{'training' if n_seeds == 1 else 'trainings'} each; brackets are 95 % intervals over test frames."
+        f"{'training' if n_seeds == 1 else 'trainings'} each unless it says otherwise; brackets are 95 % "
+        "intervals over test frames."
     )
     return Section("questions", title, paragraph(notes) + "".join(_question(name, asked[name]) for name in asked))
 
@@ -68,7 +74,8 @@ def _question(name: str, conditions: Sequence[Condition]) -> str:
         names = [METHODS[row].name for row in rows] + [pair_name(pair) for pair in pairs]
         headings = [*(_SETTINGS.get(key, key) for key in settings), "test frames", *names]
         tables.append(table(f"question-{name}-{group}", words, headings, body))
-    return f"<h3>{_TITLES.get(name, name)}</h3>{_charts(conditions, settings, rows)}{''.join(tables)}"
+    note = paragraph(_NOTES[name]) if name in _NOTES else ""
+    return f"<h3>{_TITLES.get(name, name)}</h3>{note}{_charts(conditions, settings, rows)}{''.join(tables)}"
 
 
 def _gap(condition: Condition, pair: str, of: Callable[[Mapping], Mapping]) -> str:

@@ -1,5 +1,7 @@
 """Reads BVH files: a joint tree with rest offsets and, frame by frame, its channels."""
 
+import itertools
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -9,7 +11,10 @@ from numpy.typing import NDArray
 END = "_end"
 """An end site is a joint named after its parent with this ending, without channels."""
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
+_CHANNEL_OF = {name.lower(): name for name in _CHANNELS}
+_MOTION = re.compile(r"^[ \t]*MOTION[ \t]*$", re.IGNORECASE | re.MULTILINE)
 _MAX_JOINTS = 1000
+_MAX_NAME = 120
 
 
 class MocapError(ValueError):
@@ -41,11 +46,13 @@ class Bvh:
         joints: The tree.
         frame_time: [s].
         values: (n_frames, n_channels) float64, angles in degrees.
+        n_promised: Frames that the file says it has; more than `values` has if it was cut.
     """
 
     joints: tuple[BvhJoint, ...]
     frame_time: float
     values: NDArray[np.float64]
+    n_promised: int = 0
 
     def index(self, name: str) -> int:
         """Index of a joint by its name."""
@@ -59,7 +66,7 @@ class _Tree:
 
 
 def parse_bvh(text: str) -> Bvh:
-    """Reads the text of a BVH file.
+    """Reads the text of a BVH file; one that was cut has the frames that are whole.
 
     Args:
         text: The whole file.
@@ -67,9 +74,11 @@ def parse_bvh(text: str) -> Bvh:
     Raises:
         MocapError: It is no BVH file, has no frames, the wrong number of values or values that are no numbers.
     """
-    head, found, tail = text.partition("MOTION")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    motion = _MOTION.search(text)
+    head, tail = (text[: motion.start()], text[motion.end() :]) if motion else ("", "")
     words = iter(head.split())
-    if next(words, "") != "HIERARCHY" or not found:
+    if next(words, "").upper() != "HIERARCHY":
         raise MocapError("is no BVH file: it must begin with HIERARCHY and have a MOTION part")
     joints = _parse_tree(words)
     lines = [line for line in tail.splitlines() if line.strip()]
@@ -78,23 +87,25 @@ def parse_bvh(text: str) -> Bvh:
     if n_frames < 1 or not 0.0 < frame_time < 10.0:
         raise MocapError(f"has {n_frames} frames of {frame_time} s; needs at least 1 frame and a time above 0")
     n_channels = sum(len(joint.channels) for joint in joints)
-    return Bvh(joints, frame_time, _parse_values(lines[2:], n_frames, n_channels))
+    return Bvh(joints, frame_time, _parse_values(lines[2:], n_frames, n_channels), n_frames)
 
 
 def _parse_tree(words: Iterator[str]) -> tuple[BvhJoint, ...]:
     tree = _Tree()
     for word in words:
-        if word in ("ROOT", "JOINT", "End"):
-            _open_joint(tree, word, next(words, ""), next(words, ""))
-        elif word == "OFFSET" and tree.open_joints:
+        keyword = word.upper()
+        if keyword in ("ROOT", "JOINT", "END"):
+            name = list(itertools.takewhile(lambda part: part != "{", words))
+            _open_joint(tree, keyword, " ".join(name))
+        elif keyword == "OFFSET" and tree.open_joints:
             x, y, z = (_number(next(words, "")) for _ in range(3))
             _change(tree, offset=(x, y, z))
-        elif word == "CHANNELS" and tree.open_joints:
-            names = tuple(next(words, "") for _ in range(int(_number(next(words, "")))))
-            unknown = [name for name in names if name not in _CHANNELS]
+        elif keyword == "CHANNELS" and tree.open_joints:
+            given = [next(words, "") for _ in range(int(_number(next(words, ""))))]
+            unknown = [name for name in given if name.lower() not in _CHANNEL_OF]
             if unknown:
                 raise MocapError(f"has unknown channels {unknown}; known are {', '.join(_CHANNELS)}")
-            _change(tree, channels=names)
+            _change(tree, channels=tuple(_CHANNEL_OF[name.lower()] for name in given))
         elif word == "}" and tree.open_joints:
             tree.open_joints.pop()
         else:
@@ -108,13 +119,14 @@ def _parse_tree(words: Iterator[str]) -> tuple[BvhJoint, ...]:
     return tuple(tree.joints)
 
 
-def _open_joint(tree: _Tree, word: str, name: str, brace: str) -> None:
+def _open_joint(tree: _Tree, word: str, name: str) -> None:
     parent = tree.open_joints[-1] if tree.open_joints else -1
-    if brace != "{" or (word == "ROOT") != (parent < 0) or len(tree.joints) >= _MAX_JOINTS:
-        raise MocapError(f"has a HIERARCHY that breaks off at {word} {name}")
+    is_name = 0 < len(name) <= _MAX_NAME and "}" not in name
+    if not is_name or (word == "ROOT") != (parent < 0) or len(tree.joints) >= _MAX_JOINTS:
+        raise MocapError(f"has a HIERARCHY that breaks off at {word} {name[:_MAX_NAME]}")
     if parent < 0 and tree.joints:
         raise MocapError(f"has a second root {name!r}; one is allowed")
-    full = tree.joints[parent].name + END if word == "End" else name
+    full = tree.joints[parent].name + END if word == "END" else name
     tree.open_joints.append(len(tree.joints))
     tree.joints.append(BvhJoint(full, parent, (0.0, 0.0, 0.0)))
 
@@ -144,16 +156,20 @@ def _number(word: str) -> float:
 
 def _number_after(label: str, lines: list[str], place: int) -> float:
     line = lines[place].strip() if place < len(lines) else ""
-    if not line.startswith(label):
+    if not line.lower().startswith(label.lower()):
         raise MocapError(f"has {line[:40]!r} where {label!r} is expected")
-    return _number(line.removeprefix(label).strip())
+    return _number(line[len(label) :].strip())
 
 
 def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[np.float64]:
-    """(n_frames, n_channels); every frame is a line."""
-    if len(lines) != n_frames:
+    """(n, n_channels); every frame is a line. Of a file that was cut, an unfinished last line is left out."""
+    if len(lines) > n_frames:
         raise MocapError(f"has {len(lines)} lines of values, but says Frames: {n_frames}")
-    out = np.empty((n_frames, n_channels))
+    if lines and len(lines) < n_frames and len(lines[-1].split()) < n_channels:
+        lines = lines[:-1]
+    if not lines:
+        raise MocapError(f"has no whole line of values, but says Frames: {n_frames}")
+    out = np.empty((len(lines), n_channels))
     for k, line in enumerate(lines):
         words = line.split()
         if len(words) != n_channels:
@@ -178,6 +194,17 @@ def rest_values(bvh: Bvh) -> NDArray[np.float64]:
     return np.array([row])
 
 
+def _has_places(bvh: Bvh) -> NDArray[np.bool_]:
+    """(n_joints,) whether position channels place a joint; some programs write zeros and mean the offset."""
+    out = np.zeros(len(bvh.joints), np.bool_)
+    column = 0
+    for j, joint in enumerate(bvh.joints):
+        moved = [column + k for k, name in enumerate(joint.channels) if name.endswith("position")]
+        out[j] = joint.parent < 0 or bool(np.any(bvh.values[:, moved]))
+        column += len(joint.channels)
+    return out
+
+
 def place_joints(bvh: Bvh, values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where the joints are.
 
@@ -191,6 +218,7 @@ def place_joints(bvh: Bvh, values: NDArray[np.float64]) -> tuple[NDArray[np.floa
     n, n_joints = len(values), len(bvh.joints)
     position = np.empty((n, n_joints, 3))
     rotation = np.empty((n, n_joints, 3, 3))
+    has_place = _has_places(bvh)
     column = 0
     for j, joint in enumerate(bvh.joints):
         local = np.broadcast_to(np.asarray(joint.offset), (n, 3)).copy()
@@ -198,7 +226,8 @@ def place_joints(bvh: Bvh, values: NDArray[np.float64]) -> tuple[NDArray[np.floa
         for name in joint.channels:
             axis = "XYZ".index(name[0])
             if name.endswith("position"):
-                local[:, axis] = values[:, column]  # absolute: it takes the place of the offset
+                if has_place[j]:
+                    local[:, axis] = values[:, column]  # absolute: it takes the place of the offset
             else:
                 turn = turn @ _turns(axis, np.radians(values[:, column]))
             column += 1

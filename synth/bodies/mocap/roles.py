@@ -1,6 +1,7 @@
 """Which joint of a file plays which part of the body: two naming conventions, and any other by a table."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from synth.bodies.mocap.bvh import END, Bvh, MocapError
 
 _MIDLINE = ("hips", "thorax", "neck", "head")
 _SIDED = ("clavicle", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe")
+_HIPS = re.compile(r"(.*[^a-z])?hips?", re.IGNORECASE)
 ROLES: tuple[str, ...] = _MIDLINE + tuple(f"{side}_{name}" for name in _SIDED for side in "lr")
 """Roles that a file must fill; a joint stands for the place where it turns."""
 
@@ -48,19 +50,58 @@ def _daz() -> Convention:
     return Convention("daz", joints, arms_at_rest=-np.radians(8.0))
 
 
-def _motion_builder() -> Convention:
-    joints = {"hips": "Hips", "thorax": "Spine1", "neck": "Neck1", "head": "Head"}
-    names = {
-        "clavicle": "Shoulder", "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
-        "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "toe": "ToeBase",
-    }  # fmt: skip
+def _named(name: str, thorax: str, neck: str, limbs: Mapping[str, str], toe: str) -> Convention:
+    joints = {"hips": "Hips", "thorax": thorax, "neck": neck, "head": "Head"}
     for side, word in (("l", "Left"), ("r", "Right")):
-        joints |= {f"{side}_{role}": word + name for role, name in names.items()}
-    return Convention("motion_builder", joints)
+        joints |= {f"{side}_{role}": word + limb for role, limb in limbs.items()}
+        joints[f"{side}_toe"] = word + toe
+    return Convention(name, joints)
 
 
-CONVENTIONS: tuple[Convention, ...] = (_daz(), _motion_builder())
+_ARM_LIMBS = {
+    "clavicle": "Shoulder", "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
+    "hip": "UpLeg", "knee": "Leg", "ankle": "Foot",
+}  # fmt: skip
+_JOINT_LIMBS = {
+    "clavicle": "Collar", "shoulder": "Shoulder", "elbow": "Elbow", "wrist": "Wrist",
+    "hip": "Hip", "knee": "Knee", "ankle": "Ankle",
+}  # fmt: skip
+
+
+def _conventions() -> Iterator[Convention]:
+    """Known namings; of those that fit a file equally well, the first is taken, so the highest spine joint."""
+    yield _daz()
+    for toe in ("ToeBase", "Toe", f"Foot{END}"):
+        for number in (4, 3, 2):
+            yield _named("mixamo", f"Spine{number}", "Neck", _ARM_LIMBS, toe)
+        yield _named("motion_builder", "Spine1", "Neck1", _ARM_LIMBS, toe)
+        for spine in ("Spine1", "Spine"):
+            yield _named("mixamo", spine, "Neck", _ARM_LIMBS, toe)
+    for toe in ("Toe", f"Ankle{END}"):
+        for chest in ("Chest4", "Chest3", "Chest2", "Chest"):
+            yield _named("xsens", chest, "Neck", _JOINT_LIMBS, toe)
+
+
+CONVENTIONS: tuple[Convention, ...] = tuple(_conventions())
 """Conventions that are found out without being told."""
+
+
+def plain_names(names: Sequence[str]) -> list[str]:
+    """Joint names without what programs add to them: "mixamorig:", "Character1_", spaces, capitals.
+
+    Args:
+        names: Of all joints of a file.
+    """
+    short = [name.rpartition(":")[2] for name in names]
+    hips = [found[1] for found in (_HIPS.fullmatch(name) for name in short) if found]
+    prefix = (hips[0] or "") if hips else ""
+    if 2 * sum(name.startswith(prefix) for name in short) <= len(short):
+        prefix = ""  # of a side, not of the file
+    return [_plain(name.removeprefix(prefix)) for name in short]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[ _.-]", "", name.rpartition(":")[2]).lower()
 
 
 def joints_of(bvh: Bvh, custom: Convention | None = None) -> tuple[Convention, dict[str, int]]:
@@ -73,15 +114,22 @@ def joints_of(bvh: Bvh, custom: Convention | None = None) -> tuple[Convention, d
     Raises:
         MocapError: A joint is missing.
     """
-    names = {joint.name: i for i, joint in enumerate(bvh.joints)}
+    names = [joint.name for joint in bvh.joints]
+    exact = {name: i for i, name in enumerate(names)}
+    if custom is not None and all(name in exact for name in custom.joints.values()):
+        return custom, {role: exact[custom.joints[role]] for role in ROLES}
+    places: dict[str, int] = {}
+    for i, name in enumerate(plain_names(names)):
+        places.setdefault(name, i)
     candidates = CONVENTIONS if custom is None else (custom,)
-    best = min(candidates, key=lambda convention: len(_missing(convention, names)))
-    missing = _missing(best, names)
+    best = min(candidates, key=lambda convention: len(_missing(convention, places)))
+    missing = _missing(best, places)
     if missing:
         wanted = ", ".join(f"{best.joints[role]} ({role})" for role in missing)
         raise MocapError(f"lacks joints of the {best.name!r} naming: {wanted}; it has {', '.join(names)}")
-    return best, {role: names[best.joints[role]] for role in ROLES}
+    return best, {role: places[_plain(best.joints[role])] for role in ROLES}
 
 
 def _missing(convention: Convention, names: Mapping[str, int]) -> list[str]:
-    return [role for role in ROLES if convention.joints[role] not in names]
+    """Roles that a file's plain names do not fill."""
+    return [role for role in ROLES if _plain(convention.joints[role]) not in names]

@@ -18,6 +18,8 @@ ARM_SLACK = np.radians(25.0)
 """Arms of a T-pose are this level."""
 LEG_SLACK = np.radians(12.0)
 """Legs of a T-pose are this upright."""
+ASKEW = np.radians(15.0)
+"""Someone whose hips are turned less than this from an axis of the file faces along an axis."""
 SIDES = "lr"
 """Order of the sides in arrays of limbs."""
 
@@ -80,17 +82,15 @@ def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
     values = np.concatenate([bvh.values, rest_values(bvh)])
     position, rotation = (array[:, columns] for array in place_joints(bvh, values))
     place = {role: k for k, role in enumerate(joints)}
-    axes = _axes(position[-1], place)
-    position = position @ axes.T
-    rotation = axes @ rotation @ axes.T
     unit = _unit(position[-1], place)
-    is_t_pose = _is_t_pose(position, place)
-    if not is_t_pose[0] and not is_t_pose[-1]:
-        raise MocapError(
-            "has no T-pose: neither its first frame nor its rest pose has level arms and straight legs"
-        )
-    rest = 0 if is_t_pose[0] else -1
-    return _measured(convention, place, unit, position * unit, rotation, rest, is_t_pose)
+    for rest in (0, -1):
+        axes = _axes(position[rest], place)
+        turned = position @ axes.T
+        is_t_pose = _is_t_pose(turned, place)
+        if is_t_pose[rest]:
+            rotation = axes @ rotation @ axes.T
+            return _measured(convention, place, unit, turned * unit, rotation, rest, is_t_pose)
+    raise MocapError("has no T-pose: neither its first frame nor its rest pose has level arms and straight legs")
 
 
 def _measured(
@@ -149,7 +149,10 @@ def _measured(
 
 
 def _axes(rest: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
-    """(3, 3) rows: the person's forward, left and up at rest, in the file's axes."""
+    """(3, 3) rows: the person's forward, left and up at rest, in the file's axes.
+
+    Up is an axis of the file; so is left, unless the person stands askew.
+    """
     hips = 0.5 * (rest[place["l_hip"]] + rest[place["r_hip"]])
     spine = rest[place["head"]] - hips
     up = np.zeros(3)
@@ -157,11 +160,11 @@ def _axes(rest: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float6
     up[longest] = np.sign(spine[longest])
     across = rest[place["l_hip"]] - rest[place["r_hip"]]
     across[longest] = 0.0
-    left = np.zeros(3)
-    widest = int(np.argmax(np.abs(across)))
-    left[widest] = np.sign(across[widest])
-    if not up.any() or not left.any():
+    if not up.any() or not across.any():
         raise MocapError("has a rest pose whose hips and head coincide")
+    left = across / np.linalg.norm(across)
+    if np.abs(left).max() > np.cos(ASKEW):
+        left = np.sign(left) * (np.abs(left) == np.abs(left).max())
     return np.stack([np.cross(left, up), left, up])
 
 

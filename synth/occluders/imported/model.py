@@ -35,7 +35,15 @@ class Hints:
                 raise MeshError(f"{name}={value!r} is unknown, known are {', '.join(names)}")
 
 
-def make_model(mesh: Triangles, name: str, class_name: str, split: str, hints: Hints, usual_up: str) -> MeshModel:
+def make_model(
+    mesh: Triangles,
+    name: str,
+    class_name: str,
+    split: str,
+    hints: Hints,
+    usual_up: str,
+    usual_unit: str | None = None,
+) -> MeshModel:
     """Makes an occluder out of a mesh.
 
     Args:
@@ -44,7 +52,8 @@ def make_model(mesh: Triangles, name: str, class_name: str, split: str, hints: H
         class_name: Its class.
         split: The split it belongs to.
         hints: What is known of it.
-        usual_up: The axis that its file format mostly has up.
+        usual_up: The axis that it probably has up, by its file or format.
+        usual_unit: The unit that it probably is in, by its file.
 
     Raises:
         MeshError: It cannot be used.
@@ -52,7 +61,7 @@ def make_model(mesh: Triangles, name: str, class_name: str, split: str, hints: H
     if class_name not in SIZES:
         raise MeshError(f"is of unknown class {class_name!r}, known are {', '.join(SIZES)}")
     clean = cleaned(mesh)
-    unit, up = find_unit_and_up(clean, class_name, hints.unit, hints.up, usual_up)
+    unit, up = find_unit_and_up(clean, class_name, hints.unit, hints.up, usual_up, usual_unit)
     upright = reduced(clean.turned(TO_UPRIGHT[up], UNITS[unit]))
     forward = None
     if hints.forward is not None:

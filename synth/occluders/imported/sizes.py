@@ -60,12 +60,17 @@ TO_UPRIGHT: dict[str, NDArray[np.float64]] = {
     "z": np.eye(3),
 }
 """Rotations that turn the axis that points up into z."""
-_LEVEL_WEIGHT, _UNUSUAL_UP = 2.0, 0.5
-"""Worth of a surface that is all level at the class's height; price of another up axis than the usual one."""
+_LEVEL_WEIGHT, _UNUSUAL_UP, _UNUSUAL_UNIT = 2.0, 0.5, 10.0
+"""Worth of a surface that is all level at the class's height; prices of another up axis and unit than usual."""
 
 
 def find_unit_and_up(
-    mesh: Triangles, class_name: str, unit: str | None, up: str | None, usual_up: str
+    mesh: Triangles,
+    class_name: str,
+    unit: str | None,
+    up: str | None,
+    usual_up: str,
+    usual_unit: str | None = None,
 ) -> tuple[str, str]:
     """The unit and up axis in which a mesh is most like its class.
 
@@ -74,14 +79,15 @@ def find_unit_and_up(
         class_name: Its class.
         unit: Its unit if known.
         up: Its up axis if known.
-        usual_up: The axis that its file format mostly has up.
+        usual_up: The axis that it probably has up, by its file or format.
+        usual_unit: The unit that it probably is in, by its file.
 
     Raises:
         MeshError: In no unit and with no axis up is it of its class's size.
     """
     sizes, found = SIZES[class_name], []
     extent = np.ptp(mesh.vertices, axis=0)
-    for axis in (up,) if up else ("y", "z"):
+    for axis in (up,) if up else sorted({"y", "z", usual_up}):
         R = TO_UPRIGHT[axis]
         x, y, z = np.abs(R) @ extent
         for name in (unit,) if unit else UNITS:
@@ -89,6 +95,7 @@ def find_unit_and_up(
             if sizes.fits(size):
                 share = _level_share(mesh.turned(R, UNITS[name]), sizes.level)
                 price = sizes.strangeness(size) - _LEVEL_WEIGHT * share + _UNUSUAL_UP * (axis != usual_up)
+                price += _UNUSUAL_UNIT * (usual_unit is not None and name != usual_unit)
                 found.append((price, name, axis))
     if not found:
         what = " x ".join(f"{value:.3g}" for value in extent)
