@@ -165,7 +165,7 @@ def test_training_learns_the_joints_that_recordings_tell(folder, kind, capsys):
     assert [each["by_joint"]["head"]["accuracy_2d"] is None for each in scores] == [
         True,
         False,
-    ]  # for want of hips
+    ]
 
 
 def test_a_model_of_all_joints_is_scored_on_those_that_are_told(folder, capsys):
