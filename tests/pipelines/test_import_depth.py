@@ -162,10 +162,8 @@ def test_training_learns_the_joints_that_recordings_tell(folder, kind, capsys):
         assert [each["n_joints"] for each in scores] == [26, 26]
         assert not any("r_hip" in each["by_joint"] for each in scores)
     assert len({each["by_joint"]["head"]["mean_error_cm"] for each in scores}) == 1
-    assert [each["by_joint"]["head"]["accuracy_2d"] is None for each in scores] == [
-        True,
-        False,
-    ]
+    has_size = [each["by_joint"]["head"]["accuracy_2d"] is not None for each in scores]
+    assert has_size == [False, True]
 
 
 def test_a_model_of_all_joints_is_scored_on_those_that_are_told(folder, capsys):
