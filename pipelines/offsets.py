@@ -129,8 +129,8 @@ def _level(vector: NDArray[np.float64], up: NDArray[np.float64], least: float) -
 def learn_offsets(results: Results, up: NDArray[np.float64]) -> JointOffsets:
     """Medians, axis by axis, of what lies between answers and truths in the body's frame.
 
-    Answers farther off than `NEAR_M` are left out, and so are joints with too few others. The median takes all that
-    is constant in a method's errors for the data set's: a bias of the method's own goes with it.
+    Answers farther off than `NEAR_M` are left out, and so are joints with too few others. The median takes all
+    that is constant in a method's errors for the data set's: a bias of the method's own goes with it.
 
     Args:
         results: A method's answers on frames that are not scored.
