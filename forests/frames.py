@@ -87,7 +87,7 @@ class DepthFrame:
         label: (height, width) uint8 by the label table, 0 where there is nothing.
         body_depth: (height, width) uint16, the person without the objects [mm].
         body_label: (height, width) uint8, parts of the person alone.
-        joints: (n_joints, 3) float32, camera frame [m].
+        joints: (n_joints, 3) float32, camera frame [m]; NaN = unknown.
         is_occluded: (n_joints,) bool, an object hides the joint.
         camera: Intrinsics.
     """
@@ -125,7 +125,7 @@ class FrameBatch:
     Attributes:
         depth: (n, height, width) uint16 [mm], 0 = nothing.
         label: (n, height, width) uint8 by the label table.
-        joints: (n, n_joints, 3) float32, camera frame [m].
+        joints: (n, n_joints, 3) float32, camera frame [m]; NaN = unknown.
         camera: Intrinsics of all frames.
         labels: What the label images and joints mean.
         body_depth: (n, height, width) uint16, the person without the objects; None where nothing hides anyone:
@@ -158,8 +158,8 @@ class FrameBatch:
             _check("body_label", self.body_label, shape, np.uint8)
         if self.is_occluded is not None:
             _check("is_occluded", self.is_occluded, (shape[0], n_joints), np.bool_)
-        if not np.isfinite(self.joints).all():
-            raise ValueError("joints must be finite")
+        if not (np.isfinite(self.joints).all(axis=2) | np.isnan(self.joints).all(axis=2)).all():
+            raise ValueError("joints must be finite, or NaN in all coordinates where unknown")
         if self.label.size and int(self.label.max()) > self.labels.n_labels:
             raise ValueError(f"label {int(self.label.max())} is not in 0..{self.labels.n_labels}")
 
@@ -204,6 +204,11 @@ class FrameSubset:
 
     def __getitem__(self, index: int) -> DepthFrame:
         return self.frames[self.indices[index]]
+
+
+def is_known(joints: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(...) bool, which of the joints (..., 3) are known."""
+    return np.asarray(np.isfinite(joints).all(axis=-1))
 
 
 def check_depth(depth: np.ndarray) -> NDArray[np.uint16]:

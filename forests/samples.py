@@ -50,7 +50,7 @@ class TrainingSet(NamedTuple):
     Attributes:
         crops: The depth images.
         samples: Pixels of them.
-        joints: (n_frames, n_joints, 3) float32, camera frame [m].
+        joints: (n_frames, n_joints, 3) float32, camera frame [m]; NaN = unknown.
     """
 
     crops: Crops

@@ -135,8 +135,7 @@ def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
     if not contestant.box_joints:
         return {}
     at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
-    known = frame.joints[at][np.isfinite(frame.joints[at]).all(axis=1)]
-    return {"box": upper_body_box(known, frame.camera, BOX_MARGIN_M)} if len(known) else {}
+    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
 
 
 def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:

@@ -1,7 +1,7 @@
 """undergrowth train oarf, undergrowth train rwf: a forest out of a corpus."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
@@ -107,8 +107,8 @@ class TrainSettings:
         frames, validation = (self._frames(corpus, split) for split in ("train", "val"))
         if not len(frames):
             raise UserError(f"{self.corpus} has no frames of the split train")
-        for used in (frames, validation):
-            _refuse_unknown_joints(used)
+        for line in _lacking(frames, self.forest):
+            log.info("%s", line)
         kind = KINDS[self.kind]()
         facts = {
             "corpus": corpus.digest,
@@ -215,17 +215,20 @@ class _FileSettings:
     forest: dict[str, Any] = field(default_factory=dict)
 
 
-def _refuse_unknown_joints(frames: CorpusFrames) -> None:
-    """Forests learn every joint from every frame.
+def _lacking(frames: CorpusFrames, forest: OARFConfig | RWFConfig) -> Iterator[str]:
+    """What cannot be learned from training frames, in sentences.
 
     Raises:
-        UserError: Recorded frames that lack joints.
+        UserError: They tell no joint.
     """
-    states = frames.corpus.arrays("joint_state", frames.indices)
-    lacking = np.flatnonzero((states == JointState.UNKNOWN).any(axis=0))
-    if len(lacking):
-        names = ", ".join(LABELS.joints[joint] for joint in lacking)
-        raise UserError(f"{frames.corpus.path} cannot be trained on: its recordings do not tell {names}")
+    is_told = frames.corpus.arrays("joint_state", frames.indices) != JointState.UNKNOWN
+    if not is_told.any():
+        raise UserError(f"{frames.corpus.path} cannot be trained on: its training frames tell no joints")
+    if untold := [name for name, told in zip(LABELS.joints, is_told.any(axis=0), strict=True) if not told]:
+        yield f"no training frame tells where these joints are, nothing is learned of them: {', '.join(untold)}"
+    has_objects = any(frames.corpus.info(int(number)).objects for number in frames.indices)
+    if isinstance(forest, OARFConfig) and forest.mode != "baseline" and not has_objects:
+        yield f"no training frame shows an object: the mode {forest.mode} learns what the baseline learns"
 
 
 def _section(table: dict[str, Any], path: Path) -> dict[str, Any]:
@@ -254,11 +257,12 @@ def check_target(path: Path, overwrite: bool) -> None:
 
 
 def _scores(predictor: Any, validation: CorpusFrames, n_threads: int) -> dict[str, float] | None:
-    """Share of the joints within 10 cm on the validation frames; None without frames."""
+    """Share of the known joints within 10 cm on the validation frames; None without any."""
     if not len(validation):
         return None
     contestant = replace(contestant_of("trained", predictor), classes=None)
     truths = read_truths(validation.corpus, validation.indices)
     results, _ = predict_frames(contestant, validation, truths, n_threads)
     error = errors(results)
-    return {"accuracy_10cm": round(float((error[~np.isnan(error)] <= WITHIN_M).mean()), 6)}
+    error = error[~np.isnan(error)]
+    return {"accuracy_10cm": round(float((error <= WITHIN_M).mean()), 6)} if len(error) else None

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from forests.estimate import JointEstimate
 from forests.estimator import Estimator, hold_out
-from forests.frames import FrameSequence, Pinhole
+from forests.frames import FrameSequence, Pinhole, is_known
 from forests.growing import grow_class_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
@@ -49,7 +49,11 @@ def train(
     """Trains a regression forest (Rafi et al. 2015, section 3).
 
     The baseline learns from the body layer, the other modes from the composite with pixels of the objects too; the
-    pixels of the body that both layers show are drawn alike.
+    pixels of the body that both layers show are drawn alike. Where no frame shows an object, all modes are the
+    same but for the classes' names.
+
+    Frames may lack joints (NaN). A joint that no frame knows gets no votes: the forest answers NaN with
+    confidence 0.
 
     Args:
         frames: Training frames; each is read once.
@@ -60,7 +64,7 @@ def train(
         on_progress: Told the share of the work that is done, 0..1.
 
     Raises:
-        ValueError: No frames, or none that shows a person.
+        ValueError: No frames, none that shows a person, or none that knows a joint.
     """
     if len(frames) == 0:
         raise ValueError("there are no training frames")
@@ -96,7 +100,10 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
         on_frames(n_read)
 
     layer: Layer = "body" if config.mode == "baseline" else "composite"
-    return gather(frames, layer, config.n_pixels, config.n_occluder_pixels, config.seed, on_frame=count)
+    training = gather(frames, layer, config.n_pixels, config.n_occluder_pixels, config.seed, on_frame=count)
+    if not is_known(training.joints).any():
+        raise ValueError(f"none of the {len(frames)} frames knows a joint")
+    return training
 
 
 def _train_tree(
@@ -164,7 +171,7 @@ class OcclusionAwareForest(Estimator):
             validation: Frames to tune on; None holds out every tenth training frame.
 
         Raises:
-            ValueError: No frames, or none that shows a person.
+            ValueError: No frames, none that shows a person, or none that knows a joint.
         """
         if validation is None:
             frames, validation = hold_out(frames)

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from forests.frames import is_known
 from forests.growing import GrownTree
 from forests.hashing import hash4, splitmix64
 from forests.modes import WeightedPoints, find_modes, keep_heaviest
@@ -24,12 +25,16 @@ _VOTE_STREAM = 0x1EAF_0000_0000
 
 
 class _Votes(NamedTuple):
-    """What mean shift at the leaves reads, the same for all of them."""
+    """What mean shift at the leaves reads, the same for all of them.
+
+    `is_known` (n_frames, n_joints + 1) says which joints a frame knows; the last column is true throughout.
+    """
 
     points: NDArray[np.float32]
     frame: NDArray[np.int32]
     is_occluder: NDArray[np.bool_]
     joints: NDArray[np.float32]
+    is_known: NDArray[np.bool_]
 
 
 class _Rules(NamedTuple):
@@ -63,6 +68,12 @@ def leaf_table(
     Mean shift runs on the offsets from samples to a joint, in each leaf on those of body samples and on those of
     occluder samples for themselves.
 
+    A sample votes for the joints that its frame knows. The rest of a leaf's samples are taken to be like them: a
+    mode's weight is the share of the leaf's samples that know the joint, of both layers, that climb to it. So a
+    joint that half of the frames know is found with the confidence of one that all know, and what a leaf says of
+    a joint is what it would say if the other frames were not there. A joint that nobody in a leaf knows gets no
+    modes there.
+
     Args:
         training: What the tree was grown on.
         classes: (n_samples,) uint8, body parts first.
@@ -87,7 +98,9 @@ def leaf_table(
     shape = (n_leaves, n_layers, training.joints.shape[1], n_modes)
     mode, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
     samples = training.samples
-    votes = _Votes(samples.points(training.crops), samples.frame, classes >= n_parts, training.joints)
+    everybody = np.ones((len(training.joints), 1), np.bool_)
+    known = np.hstack([is_known(training.joints), everybody])
+    votes = _Votes(samples.points(training.crops), samples.frame, classes >= n_parts, training.joints, known)
     rules = _Rules(bandwidth_m, n_votes, n_starts, seed, tree)
 
     def run(first: int) -> int:
@@ -139,22 +152,23 @@ def _cluster_leaves(
 ) -> None:  # fmt: skip
     """Writes modes and weights of the leaves first..last-1."""
     n_layers, n_joints = weight.shape[1], weight.shape[2]
+    columns = np.empty(n_joints, np.int64)
     drawn = np.empty(rules.n_votes, np.int32)
     x, y, z = np.empty(rules.n_votes), np.empty(rules.n_votes), np.empty(rules.n_votes)
     ones = np.ones(rules.n_votes)
     found = np.empty((min(rules.n_votes, rules.n_starts), 5))
     for leaf in range(first, last):
         members = order[leaf_start[leaf] : leaf_start[leaf + 1]]
+        _choose_columns(votes, members, columns)
         for layer in range(n_layers):
-            n_of_layer = 0
-            for s in members:
-                n_of_layer += votes.is_occluder[s] == (layer == 1)
-            if n_of_layer == 0:
-                continue
-            n = _draw(votes, members, layer, n_of_layer, leaf, rules, drawn)
-            points = WeightedPoints(x[:n], y[:n], z[:n], ones[:n])
-            share = n_of_layer / (n * len(members))
+            column, n, share = -1, 0, 0.0
             for joint in range(n_joints):
+                if columns[joint] != column:
+                    column = columns[joint]
+                    n, share = _draw(votes, members, layer, column, leaf, rules, drawn)
+                if n == 0:
+                    continue
+                points = WeightedPoints(x[:n], y[:n], z[:n], ones[:n])
                 _offsets(votes, drawn, joint, points)
                 n_found = find_modes(points, rules.bandwidth, rules.n_starts, found)
                 for k in range(n_found):
@@ -163,16 +177,37 @@ def _cluster_leaves(
 
 
 @njit(cache=True, nogil=True)
+def _choose_columns(votes: _Votes, members: np.ndarray, columns: np.ndarray) -> None:
+    """Fills in, by joint, the column of `is_known` that tells who votes for it: the last if all of a leaf do."""
+    columns[:] = len(columns)
+    for s in members:
+        frame = votes.frame[s]
+        for joint in range(len(columns)):
+            if not votes.is_known[frame, joint]:
+                columns[joint] = joint
+
+
+@njit(cache=True, nogil=True)
 def _draw(
-    votes: _Votes, members: np.ndarray, layer: int, n_of_layer: int, leaf: int, rules: _Rules, drawn: np.ndarray
-) -> int:
-    """Draws samples of one layer: one out of each of n_votes equal stretches, by hash; returns how many."""
+    votes: _Votes, members: np.ndarray, layer: int, column: int, leaf: int, rules: _Rules, drawn: np.ndarray
+) -> tuple[int, float]:
+    """Draws samples of one layer that vote: one out of each of n_votes equal stretches, by hash.
+
+    Returns:
+        How many, and the share of both layers' voters that each of them stands for.
+    """
+    n_of_layer, n_of_all = 0, 0
+    for s in members:
+        n_of_all += votes.is_known[votes.frame[s], column]
+        n_of_layer += votes.is_known[votes.frame[s], column] and votes.is_occluder[s] == (layer == 1)
+    if n_of_layer == 0:
+        return 0, 0.0
     n = min(n_of_layer, len(drawn))
     key = hash4(rules.seed, rules.tree, leaf, _VOTE_STREAM + layer)
     k, number = 0, 0
     place = np.int64(splitmix64(key) % np.uint64(n_of_layer // n))
     for s in members:
-        if votes.is_occluder[s] != (layer == 1):
+        if votes.is_occluder[s] != (layer == 1) or not votes.is_known[votes.frame[s], column]:
             continue
         if number == place:
             drawn[k] = s
@@ -182,7 +217,7 @@ def _draw(
             begin, end = k * n_of_layer // n, (k + 1) * n_of_layer // n
             place = begin + np.int64(splitmix64(key + np.uint64(k)) % np.uint64(end - begin))
         number += 1
-    return n
+    return n, n_of_layer / (n * n_of_all)
 
 
 @njit(cache=True, nogil=True)

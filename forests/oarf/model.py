@@ -18,8 +18,8 @@ class LeafTable(NamedTuple):
         probability: (n_leaves, n_classes) float32, p(c | leaf), sums to 1.
         mode: (n_leaves, n_layers, n_joints, n_modes, 3) float32, offsets from the pixel's point to the joint [m],
             the heaviest mode first; 0 where missing. n_layers is 1 for the baseline, else 2.
-        weight: (n_leaves, n_layers, n_joints, n_modes) float32, share of all the leaf's samples that ended in the
-            mode; 0 where missing.
+        weight: (n_leaves, n_layers, n_joints, n_modes) float32, of the leaf's samples that know the joint, in
+            both layers, the share that ended in the mode; 0 where missing.
     """
 
     probability: NDArray[np.float32]

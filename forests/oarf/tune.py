@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.frames import DepthFrame, FrameSequence
+from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.oarf.calibrate import TERMS, WITHIN_M, fit_logistic, terms
 from forests.oarf.model import OARFModel, Tuning
 from forests.oarf.peaks import find_peaks
@@ -46,6 +46,9 @@ def tune(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> OARFMod
     probabilities are then fitted on the same frames with that pair; two numbers a joint have been chosen by them
     before, so they are a little too bold.
 
+    A joint is tuned on the frames that know it. One that none of them knows, or that the forest does not vote for,
+    stays untuned and without probabilities.
+
     Args:
         model: A forest, tuned or not.
         frames: Validation frames.
@@ -59,13 +62,12 @@ def tune(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> OARFMod
     if frames.labels.joints != model.labels.joints:
         raise ValueError(f"the frames' joints {frames.labels.joints} are not the forest's {model.labels.joints}")
     untied = replace(model, tuning=untuned(model.labels.n_joints))
-    lengths, widths = _best_pairs(Predictor(untied), frames, n_threads)
-    tuning = replace(untied.tuning, max_offset_m=lengths, bandwidth_m=widths)
+    tuning = _with_best_pairs(Predictor(untied), frames, n_threads)
     return calibrated(replace(model, tuning=tuning), frames, n_threads)
 
 
 def calibrated(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> OARFModel:
-    """Fits a forest's probabilities, "within 10 cm" and "hidden by an object", on frames.
+    """Fits a forest's probabilities, "within 10 cm" and "hidden by an object", on the frames that know a joint.
 
     Args:
         model: A forest whose lambda_j and b_j are settled.
@@ -74,16 +76,24 @@ def calibrated(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> O
     """
     predictor = Predictor(model)
 
-    def look(frame: DepthFrame) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+    def look(frame: DepthFrame) -> tuple[NDArray[Any], ...]:
         proposals, evidence = predictor.examine(frame.depth, frame.camera)
         error = np.linalg.norm(proposals[:, 0] - frame.joints, axis=1)
-        return terms(evidence), error <= WITHIN_M, frame.is_occluded  # NaN is not within
+        return terms(evidence), error <= WITHIN_M, frame.is_occluded, is_known(frame.joints)  # NaN is not within
 
     seen = list(_of_frames(look, frames, n_threads))
-    values, is_within, is_hidden = (np.stack(column, axis=1) for column in zip(*seen, strict=True))
-    within = np.stack([fit_logistic(t, y) for t, y in zip(values, is_within, strict=True)]).astype(np.float32)
-    hidden = np.stack([fit_logistic(t, y) for t, y in zip(values, is_hidden, strict=True)]).astype(np.float32)
+    values, is_within, is_hidden, has_truth = (np.stack(column, axis=1) for column in zip(*seen, strict=True))
+    within, hidden = np.full((2, *values.shape[::2]), np.nan, np.float32)
+    for joint in np.flatnonzero(has_truth.any(axis=1) & _has_votes(model)):
+        rows = has_truth[joint]
+        within[joint] = fit_logistic(values[joint, rows], is_within[joint, rows])
+        hidden[joint] = fit_logistic(values[joint, rows], is_hidden[joint, rows])
     return replace(model, tuning=replace(model.tuning, within_weights=within, hidden_weights=hidden))
+
+
+def _has_votes(model: OARFModel) -> NDArray[np.bool_]:
+    """(n_joints,) bool, which joints any leaf votes for."""
+    return np.any([tree.leaves.weight.any(axis=(0, 1, 3)) for tree in model.trees], axis=0)
 
 
 class _Voted(NamedTuple):
@@ -94,10 +104,8 @@ class _Voted(NamedTuple):
     joints: NDArray[np.float32]
 
 
-def _best_pairs(
-    predictor: Predictor, frames: FrameSequence, n_threads: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """(lambda_j, b_j), (n_joints,) float32 both, with the highest mean score."""
+def _with_best_pairs(predictor: Predictor, frames: FrameSequence, n_threads: int) -> Tuning:
+    """The forest's tuning with the lambda_j and b_j of the highest mean score, of the joints that have one."""
 
     def reach(frame: DepthFrame) -> _Voted:
         return _Voted(*predictor.reach_leaves(frame.depth, frame.camera), frame.joints)
@@ -110,11 +118,17 @@ def _best_pairs(
         score[row] = sum(_mapped(partial(_scores, table), voted, n_threads))
     best = score.reshape(-1, n_joints).argmax(axis=0)
     row, column = np.divmod(best, len(BANDWIDTHS_M))
-    return np.array(MAX_OFFSETS_M, np.float32)[row], np.array(BANDWIDTHS_M, np.float32)[column]
+    has_score = is_known(np.stack([each.joints for each in voted])).any(axis=0) & _has_votes(predictor.model)
+    tuning = predictor.model.tuning
+    return replace(
+        tuning,
+        max_offset_m=np.where(has_score, np.array(MAX_OFFSETS_M, np.float32)[row], tuning.max_offset_m),
+        bandwidth_m=np.where(has_score, np.array(BANDWIDTHS_M, np.float32)[column], tuning.bandwidth_m),
+    )
 
 
 def _scores(table: VoteTable, voted: _Voted) -> NDArray[np.float64]:
-    """(n_bandwidths, n_joints) float64: 1 up to 5 cm of error, 0 from 15 cm on or without votes."""
+    """(n_bandwidths, n_joints) float64: 1 up to 5 cm of error, 0 from 15 cm on or without votes or truth."""
     votes = cast(table, voted.leaves, voted.points)
     n_joints = len(voted.joints)
     out = np.empty((len(BANDWIDTHS_M), n_joints))

@@ -34,7 +34,8 @@ class RWFConfig:
 
     Attributes:
         layer: Which image is learned from: what the sensor sees, or the person without the objects.
-        joints: Names of the joints that get an expert, any order; empty = all of the training frames.
+        joints: Names of the joints that get an expert, any order; empty = all of the training frames. Those
+            that no training frame knows get none.
         skeleton: (joint, parent), parents first; limbs lie between the two.
         box_joints: Joints that the upper-body box of a training frame holds.
         n_trees: Trees of an expert; each step of a walk draws one.

@@ -44,7 +44,7 @@ class RWFModel:
     """A trained forest.
 
     Attributes:
-        config: How it was trained.
+        config: How it was trained; its `joints` name those that were learned, if not all that were wanted.
         labels: The training frames' labels and joints.
         joints: Names of the experts' joints, in the order of every joint array of its answers.
         experts: The trees of each joint.

@@ -8,6 +8,7 @@ from numba import int32, njit, uint64
 from numpy.typing import NDArray
 
 from forests.crops import NOTHING, Crops
+from forests.frames import is_known
 from forests.growing import DIRECTION_ONE
 from forests.hashing import hash4, splitmix64, unit_float
 from forests.rwf.walk import NEAREST_M, gated, pixel_of
@@ -43,11 +44,12 @@ def draw_way_points(
     """Draws an expert's training points.
 
     The first of them lie in a ball around the joint, all radii alike; the rest on the lines to the joint from
-    places spread normally about the start. All are moved into the gate, as the points of a walk are.
+    places spread normally about the start. All are moved into the gate, as the points of a walk are. Frames that
+    do not know the joint give no points; the other frames' points do not depend on them.
 
     Args:
         crops: The images.
-        joints: (n_frames, 3) float32, the expert's joint, camera frame [m].
+        joints: (n_frames, 3) float32, the expert's joint, camera frame [m]; NaN = unknown.
         starts: (n_frames, 3) float32, where its walks start, camera frame [m].
         gate_m: (2,) float32, least and greatest depth behind the measured depth [m].
         n_points: Points a frame.
@@ -57,12 +59,15 @@ def draw_way_points(
         seed: Of the drawing.
         stream: Number of the expert and its tree: experts draw independently of one another.
     """
-    n = len(joints) * n_points
-    frame = np.repeat(np.arange(len(joints), dtype=np.int32), n_points)
+    known = np.flatnonzero(is_known(joints)).astype(np.int32)
+    n = len(known) * n_points
+    frame = np.repeat(known, n_points)
     x, y, z = np.empty(n, np.int16), np.empty(n, np.int16), np.empty(n, np.uint16)
     directions = np.empty((n, 3), np.int16)
     n_near = round(near_share * n_points)
-    _draw(crops, joints, starts, gate_m, n_points, n_near, reach_m, noise_m, seed, stream, x, y, z, directions)
+    _draw(
+        crops, known, joints, starts, gate_m, n_points, n_near, reach_m, noise_m, seed, stream, x, y, z, directions
+    )
     order = np.lexsort((x, y, frame))
     samples = Samples(frame, x[order], y[order], z[order], np.ones(n, np.uint8))
     return WayPoints(samples, directions[order])
@@ -109,15 +114,16 @@ def _draw_point(
 
 @njit(cache=True, nogil=True)
 def _draw(
-    crops: Crops, joints: np.ndarray, starts: np.ndarray, gate_m: np.ndarray, n_points: int, n_near: int,
-    reach_m: float, noise_m: float, seed: int, stream: int,
+    crops: Crops, known: np.ndarray, joints: np.ndarray, starts: np.ndarray, gate_m: np.ndarray, n_points: int,
+    n_near: int, reach_m: float, noise_m: float, seed: int, stream: int,
     x: np.ndarray, y: np.ndarray, z_mm: np.ndarray, directions: np.ndarray,
 ) -> None:  # fmt: skip
     point = np.empty(3, np.float32)
-    for frame in range(len(joints)):
+    for number in range(len(known)):
+        frame = known[number]
         fx, fy, cx, cy = crops.intrinsics[frame]
         for k in range(n_points):
-            i = frame * n_points + k
+            i = number * n_points + k
             key = hash4(seed, _POINT_STREAM + stream, frame, k)
             _draw_point(joints[frame], starts[frame], k < n_near, reach_m, noise_m, key, point)
             z = max(point[2], np.float32(NEAREST_M))
@@ -141,7 +147,7 @@ def gate_of(crops: Crops, joints: NDArray[np.float32], share: float) -> NDArray[
 
     Args:
         crops: The images.
-        joints: (n_frames, 3) float32, camera frame [m].
+        joints: (n_frames, 3) float32, camera frame [m]; NaN = unknown.
         share: Share of the frames on either side of the gate.
 
     Returns:
@@ -160,7 +166,7 @@ def _gaps(crops: Crops, joints: np.ndarray) -> np.ndarray:
     for frame in range(len(joints)):
         fx, fy, cx, cy = crops.intrinsics[frame]
         x, y, z = joints[frame]
-        if z < NEAREST_M:
+        if not z >= NEAREST_M:  # NaN neither
             continue
         surface = crop_depth(crops, frame, pixel_of(x, z, fx, cx), pixel_of(y, z, fy, cy))
         if surface != NOTHING:

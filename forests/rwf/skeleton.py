@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from forests.frames import is_known
 from forests.rwf.model import Limbs
 
 
@@ -53,17 +54,41 @@ def parents_first(parents: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 def measure_limbs(joints: NDArray[np.float32], parents: NDArray[np.int32], share: float) -> Limbs:
-    """Ranges of the limbs' lengths.
+    """Ranges of the limbs' lengths, in the frames that know both ends; without such frames any length is possible.
 
     Args:
-        joints: (n_frames, n_joints, 3) float32 [m].
+        joints: (n_frames, n_joints, 3) float32 [m]; NaN = unknown.
         parents: (n_joints,) int32, -1 = none.
         share: Share of the frames below, and above, the range.
     """
     length = np.linalg.norm(joints - joints[:, parents], axis=2)
-    limits = np.quantile(length, [share, 1.0 - share], axis=0).T.astype(np.float32)
-    limits[parents < 0] = 0.0, np.inf
+    limits = np.full((len(parents), 2), (0.0, np.inf), np.float32)
+    for joint in np.flatnonzero((parents >= 0) & np.isfinite(length).any(axis=0)):
+        known = length[np.isfinite(length[:, joint]), joint]
+        limits[joint] = np.quantile(known, [share, 1.0 - share])
     return Limbs(parents, limits)
+
+
+def starts_of(
+    joints: NDArray[np.float32], parents: NDArray[np.int32], joint: int, starts: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Where the ways to a joint start: at its nearest ancestor that the frame knows, else where walks start.
+
+    Args:
+        joints: (n_frames, n_joints, 3) float32, camera frame [m]; NaN = unknown.
+        parents: (n_joints,) int32, -1 = none.
+        joint: Which.
+        starts: (n_frames, 3) float32, where walks start, camera frame [m].
+
+    Returns:
+        (n_frames, 3) float32, camera frame [m].
+    """
+    places: NDArray[np.float32] = np.full_like(starts, np.nan)
+    above = int(parents[joint])
+    while above >= 0:
+        places = np.where(is_known(places)[:, None], places, joints[:, above])
+        above = int(parents[above])
+    return np.where(is_known(places)[:, None], places, starts)
 
 
 @njit(cache=True, nogil=True)

@@ -5,7 +5,7 @@ from numba import int32, njit
 from numpy.typing import ArrayLike, NDArray
 
 from forests.crops import foreground_box
-from forests.frames import Pinhole
+from forests.frames import Pinhole, is_known
 
 Box = tuple[float, float, float, float]
 """(left, top, right, bottom) [px], right and bottom excluded."""
@@ -98,14 +98,20 @@ def _nearest_depth(depth: np.ndarray, u: float, v: float) -> int:
     return best
 
 
-def upper_body_box(joints: NDArray[np.float32], camera: Pinhole, margin_m: float) -> Box:
+def upper_body_box(joints: NDArray[np.float32], camera: Pinhole, margin_m: float) -> Box | None:
     """A box around joints in the image, as a detector of upper bodies gives.
 
     Args:
-        joints: (n, 3) float32, camera frame [m], before the camera.
+        joints: (n, 3) float32, camera frame [m], before the camera; NaN = unknown.
         camera: Intrinsics.
         margin_m: Added on each side, at the joints' mean depth [m].
+
+    Returns:
+        The box around the joints that are known; None if none is.
     """
+    joints = joints[is_known(joints)]
+    if not len(joints):
+        return None
     z = np.maximum(joints[:, 2], 0.1)
     u = camera.fx * joints[:, 0] / z + camera.cx
     v = camera.fy * joints[:, 1] / z + camera.cy

@@ -1,19 +1,20 @@
 """Training a random walk forest from frames."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forests.crops import Crops, CropWriter
-from forests.frames import FrameSequence
+from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_direction_tree
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, RWFModel
 from forests.rwf.points import draw_way_points, gate_of
-from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of
+from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of, starts_of
 from forests.rwf.start import start_point, upper_body_box
 from forests.rwf.tuning import tune, views_of
 from forests.rwf.walk import WalkPlan
@@ -44,7 +45,7 @@ class WalkFrames(NamedTuple):
 
     Attributes:
         crops: The images.
-        joints: (n_frames, n_joints, 3) float32, the experts' joints, camera frame [m].
+        joints: (n_frames, n_joints, 3) float32, the experts' joints, camera frame [m]; NaN = unknown.
         starts: (n_frames, 3) float32, where a detector's box starts a walk, camera frame [m].
     """
 
@@ -64,6 +65,9 @@ def train_rwf(
 ) -> RWFModel:
     """Trains a random walk forest, one expert a joint.
 
+    Frames may lack joints (NaN): each expert learns from the frames that know its joint, and a joint that no frame
+    knows gets none. The config of such a forest names the joints that were learned.
+
     Args:
         frames: Training frames; each is read once.
         config: How it is trained.
@@ -77,9 +81,8 @@ def train_rwf(
     """
     if len(frames) == 0:
         raise ValueError("there are no training frames")
-    places = chosen_joints(frames.labels.joints, config.joints)
-    names = tuple(frames.labels.joints[place] for place in places)
-    learned = read_frames(frames, config, places, lambda share: on_progress(_READ_SHARE * share))
+    config, learned = _read_known(frames, config, lambda share: on_progress(_READ_SHARE * share))
+    names = tuple(frames.labels.joints[place] for place in chosen_joints(frames.labels.joints, config.joints))
     parents = parents_of(names, config.skeleton)
     gates = np.stack([gate_of(learned.crops, learned.joints[:, j], config.gate_share) for j in range(len(names))])
     n_all = len(names) * config.n_trees
@@ -113,12 +116,29 @@ def train_rwf(
     return model
 
 
+def _read_known(
+    frames: FrameSequence, config: RWFConfig, on_share: Callable[[float], object]
+) -> tuple[RWFConfig, WalkFrames]:
+    """The frames with the joints that any of them knows, which the config names unless they are all it wants."""
+    places = chosen_joints(frames.labels.joints, config.joints)
+    learned = read_frames(frames, config, places, on_share)
+    has_truth = np.asarray(is_known(learned.joints).any(axis=0))
+    names = [frames.labels.joints[place] for place in places]
+    if not has_truth.any():
+        raise ValueError(f"none of the {len(frames)} frames knows any of {', '.join(names)}")
+    if has_truth.all():
+        return config, learned
+    known = tuple(name for name, is_there in zip(names, has_truth, strict=True) if is_there)
+    return replace(config, joints=known), learned._replace(joints=learned.joints[:, has_truth])
+
+
 def read_frames(
     frames: FrameSequence, config: RWFConfig, places: NDArray[np.int32], on_share: Callable[[float], object]
 ) -> WalkFrames:
     """Reads every frame once: its crop, the experts' joints, the middle of its upper-body box.
 
-    A frame that shows nothing starts at its joints' mean.
+    The box is around the joints of it that the frame knows; a frame that knows none is started from amid all that
+    it shows. A frame that shows nothing starts at its joints' mean.
     """
     joints = np.empty((len(frames), len(places), 3), np.float32)
     starts = np.empty((len(frames), 3), np.float32)
@@ -131,9 +151,18 @@ def read_frames(
             joints[index] = frame.joints[places]
             box = upper_body_box(frame.joints[inside], frame.camera, BOX_MARGIN_M)
             found = start_point(depth, frame.camera, box=box)
-            starts[index] = frame.joints[inside].mean(axis=0) if found is None else found
+            starts[index] = _mean_joint(frame, inside) if found is None else found
             on_share((index + 1) / len(frames))
         return WalkFrames(writer.finish(), joints, starts)
+
+
+def _mean_joint(frame: DepthFrame, places: NDArray[np.int32]) -> NDArray[np.float32]:
+    """(3,) float32, mean of those of the joints that are known, else of all that are; NaN if none is [m]."""
+    inside = frame.joints[places]
+    for known in (inside[is_known(inside)], frame.joints[is_known(frame.joints)]):
+        if len(known):
+            return known.mean(axis=0)
+    return np.full(3, np.nan, np.float32)
 
 
 def _train_tree(
@@ -150,7 +179,7 @@ def _train_tree(
     points = draw_way_points(
         learned.crops,
         np.ascontiguousarray(learned.joints[:, joint]),
-        learned.starts if parent < 0 else np.ascontiguousarray(learned.joints[:, parent]),
+        starts_of(learned.joints, parents, joint, learned.starts),
         gates[joint],
         config.n_points,
         config.near_share,

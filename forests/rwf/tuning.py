@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from forests.frames import FrameSequence
+from forests.frames import FrameSequence, is_known
 from forests.rwf.model import RWFModel, walk_tables
 from forests.rwf.skeleton import chosen_joints
 from forests.rwf.start import start_point, upper_body_box
@@ -37,7 +37,7 @@ class View(NamedTuple):
         depth: (height, width) uint16 [mm].
         intrinsics: (4,) float32, (fx, fy, cx, cy) [px].
         start: (3,) float32, camera frame [m].
-        joints: (n_joints, 3) float32, the experts' joints, camera frame [m].
+        joints: (n_joints, 3) float32, the experts' joints, camera frame [m]; NaN = unknown.
     """
 
     depth: NDArray[np.uint16]
@@ -58,7 +58,7 @@ def views_of(
     Args:
         frames: The frames.
         joints: Names of the experts' joints.
-        box_joints: Joints in the upper-body box, in the middle of which walks start.
+        box_joints: Joints in the upper-body box, in the middle of which walks start; those that a frame knows.
         margin_m: Of the box [m].
         noise_m: Standard deviation of the starts across the line of sight, along each axis [m].
     """
@@ -80,6 +80,9 @@ def views_of(
 def tune(model: RWFModel, views: list[View]) -> RWFModel:
     """Chooses how the experts walk, joint by joint from the parents on, and how probable their answers are.
 
+    What a joint's walks are judged by are the frames that know it; where none does, they go on as the config has
+    them, without a probability.
+
     Args:
         model: A trained forest.
         views: Validation frames.
@@ -97,8 +100,12 @@ def tune(model: RWFModel, views: list[View]) -> RWFModel:
     plan, points, spread = max(tried, key=lambda choice: choice.score)[1:]
     truth = np.stack([view.joints for view in views])
     is_within = np.linalg.norm(points - truth, axis=2) <= WITHIN_M
-    weights = [fit_logistic(spread[:, j], is_within[:, j]) for j in range(len(model.joints))]
-    return replace(model, plan=plan, within_weights=np.array(weights, np.float32))
+    weights = np.full((len(model.joints), 2), np.nan, np.float32)
+    has_truth = is_known(truth)
+    for joint in np.flatnonzero(has_truth.any(axis=0)):
+        rows = has_truth[:, joint]
+        weights[joint] = fit_logistic(spread[rows, joint], is_within[rows, joint])
+    return replace(model, plan=plan, within_weights=weights)
 
 
 def step_budgets(n_walks: int, n_steps: int) -> list[tuple[int, int]]:
@@ -132,7 +139,7 @@ def _choose(model: RWFModel, views: list[View], counts: WalkPlan) -> _Choice:
     total = 0.0
     for joint in plan.order:
         best = -1.0
-        for choice in _choices(int(model.limbs.parent[joint]), plan.n_steps):
+        for choice in _choices(model, views, int(joint), plan.n_steps):
             for name, value in zip(_CHOSEN, choice, strict=True):
                 getattr(plan, name)[joint] = value
             ends, spreads = walk_views(tables, plan, int(joint), model.config.seed, views, points)
@@ -149,7 +156,10 @@ def _choose(model: RWFModel, views: list[View], counts: WalkPlan) -> _Choice:
 _CHOSEN = ("start_from", "step_m", "decay", "n_arriving")
 
 
-def _choices(parent: int, n_steps: int) -> list[tuple[int, float, float, int]]:
+def _choices(model: RWFModel, views: list[View], joint: int, n_steps: int) -> list[tuple[int, float, float, int]]:
+    parent, config = int(model.limbs.parent[joint]), model.config
+    if not any(np.isfinite(view.joints[joint]).all() for view in views):
+        return [(parent, config.step_m, config.decay, min(config.n_arriving, n_steps - 1))]
     starts = (-1, parent) if parent >= 0 else (-1,)
     arriving = sorted({int(share * n_steps) for share in ARRIVING_SHARES})
     steps = [way / n_steps for way in WAYS_M]
@@ -195,9 +205,13 @@ def _walk(
 
 
 def _score(ends: NDArray[np.float32], views: list[View], joint: int) -> float:
-    """Share of the joints that are found, with a soft limit: from 1 at half of it to 0 at one and a half."""
+    """Share of the joints that are found, with a soft limit: from 1 at half of it to 0 at one and a half.
+
+    Frames that do not know the joint are left out; 0 if none does.
+    """
     error = np.linalg.norm(ends - np.stack([view.joints[joint] for view in views]), axis=1)
-    return float(np.clip(1.5 - error / WITHIN_M, 0.0, 1.0).mean())
+    error = error[np.isfinite(error)]
+    return float(np.clip(1.5 - error / WITHIN_M, 0.0, 1.0).mean()) if len(error) else 0.0
 
 
 def fit_logistic(values: NDArray[np.float32], is_true: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -160,7 +160,7 @@ def test_a_subset_is_its_frames():
         ({"label": np.zeros((2, 4, 5), np.int32)}, "label is int32"),
         ({"label": np.full((2, 4, 5), 9, np.uint8)}, "label 9 is not in 0..4"),
         ({"joints": np.zeros((2, 4, 3), np.float32)}, "joints is float32"),
-        ({"joints": np.full((2, 3, 3), np.nan, np.float32)}, "joints must be finite"),
+        ({"joints": np.full((2, 3, 3), np.inf, np.float32)}, "joints must be finite"),
         ({"body_depth": np.zeros((2, 4, 5), np.uint16)}, "must be given together"),
         ({"is_occluded": np.zeros((2, 3))}, "is_occluded is float64"),
     ],

@@ -24,7 +24,6 @@ from pipelines.importing.readers import read_image
 from pipelines.laws import broken_laws
 from pipelines.metrics import read_truths
 from pipelines.metrics.groups import by_state
-from pipelines.train import TrainOarfSettings
 from pipelines.verify import faults
 from synth.camera import Camera
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
@@ -47,6 +46,9 @@ y_up = true
 names = {names}
 joints = {{ {joints} }}
 """
+
+
+SMALL = ["--n-trees", "1", "--growth.max-depth", "4", "--growth.n-candidates", "20"]
 
 
 def standing(x_m=0.0):
@@ -121,7 +123,7 @@ def test_labels_lie_where_the_joints_are_and_right_is_the_persons_right(folder):
     assert u["ru_torso"] < u["lu_torso"]
 
 
-def test_unknown_joints_are_skipped_by_metrics_and_refused_by_training(folder):
+def test_unknown_joints_have_no_place_and_are_skipped_by_metrics(folder):
     known = [name for name in NAMES if not name.endswith("_hip")]
     corpus = imported(folder, write_layout(folder, joints=known), splits="train=0.5,val=0.5")
     hips = [JOINT_NAMES.index(name) for name in ("r_hip", "l_hip")]
@@ -134,10 +136,54 @@ def test_unknown_joints_are_skipped_by_metrics_and_refused_by_training(folder):
     assert np.isnan(truths.xyz[:, hips]).all()
     assert np.isfinite(np.delete(truths.xyz, hips, axis=1)).all()
     assert not any(group[:, hips].any() for name, group in by_state(truths).items() if name != "non_occluded")
-    with pytest.raises(UserError, match="do not tell r_hip, l_hip"):
-        TrainOarfSettings(corpus.path, folder / "model.safetensors").run()
     moved = replace(corpus[0], joints=np.ones((15, 3), np.float32))
     assert any("unknown joint" in sentence for sentence in broken_laws(moved, corpus.header))
+
+
+@pytest.mark.parametrize("kind", ["oarf", "rwf"])
+def test_training_learns_the_joints_that_recordings_tell(folder, kind, capsys):
+    """Evaluation neither asks for the others nor counts an answer to them."""
+    known = [name for name in NAMES if not name.endswith("_hip")]
+    corpus = imported(folder, write_layout(folder, joints=known), splits="train=0.6,val=0.2,test=0.2")
+    whole = imported(folder, write_layout(folder), folder.parent / "whole", splits="train=0.6,val=0.2,test=0.2")
+    model, options = folder / "model.safetensors", SMALL + {"oarf": [], "rwf": ["--n-points", "20"]}[kind]
+    assert main(["train", kind, str(corpus.path), "--out", str(model), *options]) == 0
+    told = capsys.readouterr().out
+    assert "nothing is learned of them: r_hip, l_hip" in told
+    assert ("the mode semantic learns what the baseline learns" in told) == (kind == "oarf")
+    scores = []
+    for scored in (corpus, whole):
+        assert main(["evaluate", str(model), str(scored.path), "--json", "--resamples", "10"]) == 0
+        scores.append(json.loads(capsys.readouterr().out))
+    if kind == "oarf":
+        assert [each["n_joints"] for each in scores] == [26, 30]
+        assert [each["by_joint"]["r_hip"]["missing"] for each in scores] == [None, 1.0]
+    else:
+        assert [each["n_joints"] for each in scores] == [26, 26]
+        assert not any("r_hip" in each["by_joint"] for each in scores)
+    assert len({each["by_joint"]["head"]["mean_error_cm"] for each in scores}) == 1
+    has_size = [each["by_joint"]["head"]["accuracy_2d"] is not None for each in scores]
+    assert has_size == [False, True]
+
+
+def test_a_model_of_all_joints_is_scored_on_those_that_are_told(folder, capsys):
+    corpus = imported(folder, write_layout(folder, joints=["head"]), splits="train=0.5,val=0,test=0.5")
+    whole = imported(folder, write_layout(folder), folder.parent / "whole", splits="train=0.5,val=0,test=0.5")
+    model = folder / "model.safetensors"
+    assert main(["train", "oarf", str(whole.path), "--out", str(model), *SMALL]) == 0
+    capsys.readouterr()
+    assert main(["evaluate", str(model), str(corpus.path), "--json", "--resamples", "10"]) == 0
+    scores = json.loads(capsys.readouterr().out)
+    assert scores["n_joints"] == scores["by_joint"]["head"]["n_joints"] == 5
+    assert scores["by_joint"]["l_foot"]["n_joints"] == 0
+    assert scores["missing"] == 0.0
+
+
+@pytest.mark.parametrize("kind", ["oarf", "rwf"])
+def test_recordings_without_joints_cannot_be_trained_on(folder, kind, capsys):
+    corpus = imported(folder, write_layout(folder, joints=[]), splits="train=1")
+    assert main(["train", kind, str(corpus.path), "--out", str(folder / "model.safetensors")]) == 1
+    assert "tell" in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_without_joints_pixels_have_depth_and_no_label(folder):
