@@ -47,7 +47,8 @@ def _plain(path: Path, layout: Layout) -> DepthImage:
 def _npy(path: Path, layout: Layout) -> DepthImage:
     """Integers in the layout's unit, or floats in metres."""
     try:
-        image = np.load(path, allow_pickle=False)
+        # Mapped, so that a header cannot ask for more memory than the file has bytes.
+        image = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError):
         raise UserError(f"{path} is damaged, or holds no plain array") from None
     if image.dtype.kind == "f" and image.ndim == 2:
