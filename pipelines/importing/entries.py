@@ -1,4 +1,4 @@
-"""Frames of recordings before they are read: which file, which row of it, which person; and the person's pixels."""
+"""Frames of recordings before they are read: which file, which row, which person; and the person's pixels."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -37,12 +37,12 @@ class Entry:
 
 
 def list_files(folder: Path, pattern: str) -> list[Path]:
-    """A folder's files of a pattern, in order of the numbers in their names.
+    """A folder's files of a pattern, in order of the numbers in their names; pictures of ours are none.
 
     Raises:
         UserError: There are none.
     """
-    paths = in_order(folder.glob(pattern))
+    paths = in_order(path for path in folder.glob(pattern) if not is_picture(path))
     if not paths:
         raise UserError(f"{folder} has no files {pattern}")
     return paths
@@ -51,6 +51,11 @@ def list_files(folder: Path, pattern: str) -> list[Path]:
 def in_order(paths: Iterable[Path]) -> list[Path]:
     """Paths in order of the numbers in their names."""
     return sorted(paths, key=lambda path: (_numbers(path.name), path.name))
+
+
+def is_picture(path: Path) -> bool:
+    """Whether a file is called as the pictures of `undergrowth predict` are."""
+    return path.name == "sheet.png" or path.name.endswith(".overlay.png")
 
 
 def list_entries(paths: Sequence[Path], layout: Layout) -> list[Entry]:
@@ -87,7 +92,7 @@ def read_person(entry: Entry, layout: Layout, smallest_share: float = SMALLEST_B
 
 
 def partner(path: Path, layout: Layout) -> Path | None:
-    """The file of joints beside a file of depth; None if the layout has no joints, or the name is of another kind."""
+    """The file of joints beside a file of depth; None if the layout has none, or the name is of another kind."""
     before, _, after = layout.files.partition("*")
     if layout.annotation is None or not (path.name.startswith(before) and path.name.endswith(after)):
         return None

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pipelines.depthfile import read_depth
 from pipelines.errors import UserError
-from pipelines.importing.layout import Layout
+from pipelines.importing.layout import Format, Layout
 from pipelines.importing.pcd import read_cloud_depth
 
 DepthImage = NDArray[np.uint16]
@@ -76,3 +76,8 @@ def _pcd(path: Path, layout: Layout) -> DepthImage:
 
 READERS: dict[str, Callable[[Path, Layout], DepthImage]] = {"png": _plain, "npy": _npy, "raw": _raw, "pcd": _pcd}
 """By format, for files of one image."""
+
+SUFFIXES: dict[str, Format] = {
+    ".png": "png", ".npy": "npy", ".raw": "raw", ".bin": "raw", ".pcd": "pcd", ".h5": "itop", ".hdf5": "itop",
+}  # fmt: skip
+"""What a file is taken for where no layout says it."""
