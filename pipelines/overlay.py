@@ -68,7 +68,7 @@ def skeleton_panel(depth: NDArray[np.uint16], estimate: JointEstimate, joints: t
     """The skeleton over the depth, cut to what it shows, without a caption; arguments as of `overlay`."""
     window, scale = _window(depth)
     places = scale * (estimate.joints_2d.astype(np.float64) + 0.5 - [window[1].start, window[0].start])
-    panel = _resized(_grey(depth)[window], scale, cv2.INTER_LINEAR)
+    panel = _resized(grey_depth(depth)[window], scale, cv2.INTER_LINEAR)
     draw_skeleton(panel, places, estimate, joints)
     return panel
 
@@ -140,7 +140,7 @@ def _window(depth: NDArray[np.uint16]) -> tuple[tuple[slice, slice], float]:
     return (spans[0], spans[1]), min(PANEL_HEIGHT / height, MAX_PANEL_WIDTH / width)
 
 
-def _grey(depth: NDArray[np.uint16]) -> Picture:
+def grey_depth(depth: NDArray[np.uint16]) -> Picture:
     """(height, width, 3): near is light, far is dark."""
     there = depth > 0
     near, far = np.percentile(depth[there], [1, 99])

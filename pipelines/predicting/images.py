@@ -89,7 +89,7 @@ def recorded_requests(paths: Sequence[Path], layout: str | None, camera: GivenCa
     if len(paths) > 1:
         raise UserError(f"give one folder, or files; {len(paths)} were given, and there is a folder among them")
     name, chosen = recording_layout(paths[0], layout, camera)
-    return _of_layout(list_files(paths[0], chosen.files), name, chosen)
+    return layout_requests(list_files(paths[0], chosen.files), name, chosen)
 
 
 def recording_layout(folder: Path, layout: str | None, camera: GivenCamera | None) -> tuple[str, Layout]:
@@ -119,10 +119,15 @@ def _of_files(paths: Sequence[Path], layout: str | None, camera: GivenCamera | N
     name, chosen = choose_layout(paths[0].parent, layout)
     if layout is None and not all(path.match(chosen.files) for path in paths):
         raise UserError(CAMERA_NEEDED)
-    return _of_layout(paths, name, chosen)
+    return layout_requests(paths, name, chosen)
 
 
-def _of_layout(paths: Sequence[Path], name: str, layout: Layout) -> list[Request]:
+def layout_requests(paths: Sequence[Path], name: str, layout: Layout) -> list[Request]:
+    """The people in files of a layout.
+
+    Raises:
+        UserError: A file of many frames is damaged.
+    """
     camera = layout.pinhole(name)
     has_several = len(layout.foreground.people) > 1
 
@@ -154,7 +159,7 @@ def _plain(paths: Sequence[Path], camera: GivenCamera) -> list[Request]:
     requests = []
     for tick, path in enumerate(paths):
         if SUFFIXES.get(path.suffix.lower()) == "itop":
-            requests += _of_layout([path], path.stem, file_layout(path, camera))
+            requests += layout_requests([path], path.stem, file_layout(path, camera))
         else:
             requests.append(request(tick, path))
     return requests

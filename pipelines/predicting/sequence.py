@@ -2,6 +2,7 @@
 
 import json
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,11 +44,11 @@ class Way:
         pictures: Whether every image gets a picture.
     """
 
-    box: tuple[int, int, int, int] | None
-    near: float
-    far: float
-    fps: float
-    pictures: bool
+    box: tuple[int, int, int, int] | None = None
+    near: float = 0.0
+    far: float = math.inf
+    fps: float = 0.0
+    pictures: bool = True
 
 
 class Answer(NamedTuple):
