@@ -42,6 +42,7 @@ class Way:
         far: What is farther is cut away [m].
         fps: Frames a second of a sequence that is smoothed; 0 = not smoothed.
         pictures: Whether every image gets a picture.
+        lists: Whether every image is told, of not too many.
     """
 
     box: tuple[int, int, int, int] | None = None
@@ -49,6 +50,7 @@ class Way:
     far: float = math.inf
     fps: float = 0.0
     pictures: bool = True
+    lists: bool = True
 
 
 class Answer(NamedTuple):
@@ -113,7 +115,7 @@ class Asked:
             lines.append(_line({"name": request.name} | self._write(answer)))
             if place in shown:
                 tiles.append(sheet_tile(self._panel(answer), request.name))
-            if len(requests) <= N_LISTED:
+            if self.way.lists and len(requests) <= N_LISTED:
                 self._tell(answer)
         write_atomically(self.out / LINES_NAME, "".join(lines))
         if tiles:

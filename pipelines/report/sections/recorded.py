@@ -1,5 +1,6 @@
 """The section of recorded frames: what the forests find in real depth."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,12 +29,12 @@ def recorded_section(recordings: Sequence[Recording]) -> Section:
         recordings: At least one.
     """
     words = (
-        "Real depth images, read by their folder's layout. The forests are those of the first training, as above: they "
-        "learned from generated frames alone. Random walks start from the upper part of what the layout cuts out. "
-        "Chosen by rule: frames evenly spread from a folder's first to its last. Orange = the person's right, "
-        "blue = left; small = unsure, hollow = taken for hidden."
+        "Real depth images, read by their folder's layout. The forests are those of the first training, as above, "
+        "and learned from generated frames alone. Random walks start on the upper part of what the layout cuts "
+        "out. Chosen by rule: frames evenly spread from a folder's first to its last. Orange = the person's "
+        "right, blue = left; small = unsure, hollow = taken for hidden."
     )
-    return Section(_NAME, _TITLE, paragraph(words) + "".join(map(_recording, recordings)))
+    return Section(_NAME, _TITLE, paragraph(words) + "".join(map(_recording, itertools.count(), recordings)))
 
 
 def shown_methods(names: Sequence[str]) -> tuple[str, ...]:
@@ -42,7 +43,7 @@ def shown_methods(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(filter(None, first))
 
 
-def _recording(recording: Recording) -> str:
+def _recording(number: int, recording: Recording) -> str:
     asked = f"{recording.n_asked:,} of its {recording.n_frames:,} frames"
     spread = ", evenly spread" if recording.n_frames > N_ASKED else ""
     words = f"Read as {recording.layout}; the forests were asked about {asked}{spread}."
@@ -50,20 +51,20 @@ def _recording(recording: Recording) -> str:
     if recording.skipped:
         parts += [paragraph("Left out, because they cannot be read:"), items(recording.skipped)]
     if recording.scores:
-        parts.append(_scores(recording))
+        parts.append(_scores(number, recording))
     methods = shown_methods(tuple(recording.joints))
     parts += [_example(recording, methods, item) for item in recording.shown]
     return "".join(parts)
 
 
-def _scores(recording: Recording) -> str:
+def _scores(place: int, recording: Recording) -> str:
     rows = [
         (METHODS[name].name, f"{s.n_joints:,}", number(s.within, 100.0), number(s.mean_m, 100.0))
         for name, s in recording.scores.items()
     ]
     within = f"within {100 * WITHIN_M:.0f} cm [%]"
     return table(
-        f"recorded-{escape(recording.name)}",
+        f"recorded-{place}",
         f"{recording.name}: joints that the recording knows",
         ("method", "joints", within, "mean error [cm]"),
         rows,
@@ -72,13 +73,13 @@ def _scores(recording: Recording) -> str:
 
 def _example(recording: Recording, methods: Sequence[str], item: Shown) -> str:
     view = View.of_foreground(item.frame)
-    tiles = [_tile("depth", image_tag(depth_picture(view), f"depth, {item.key}", is_flat=False))]
+    tiles = []
     truth = known_joints(item.frame, JOINT_NAMES)
     if np.isfinite(truth).any():
+        tiles.append(_tile("depth", image_tag(depth_picture(view), "depth", is_flat=False)))
         picture = skeleton_picture(view, JOINT_NAMES, _certain(truth, item.frame))
-        tiles.append(
-            _tile("joints of the recording", image_tag(picture, "joints of the recording", is_flat=False))
-        )
+        words = "joints of the recording"
+        tiles.append(_tile(words, image_tag(picture, words, is_flat=False)))
     for name in methods:
         short = METHODS[name].short
         picture = skeleton_picture(view, recording.joints[name], item.answers[name])
