@@ -97,6 +97,8 @@ class PredictSettings:
         if self.corpus is not None:
             if not self.frame or self.camera or self.intrinsics or self.layout:
                 raise UserError("--corpus needs --frame N, and brings its camera")
+            if self.smooth:
+                raise UserError("--smooth needs a sequence of files; frames of a corpus are none")
             return
         if self.frame or self.sensor:
             raise UserError("--frame and --sensor need --corpus DIR")

@@ -28,7 +28,7 @@ class TrackSmoother:
 
         Args:
             track: Whose it is.
-            tick: Its place in time, in frames; later than the track's last.
+            tick: Its place in time, in frames; where it is not later than the track's last, the track begins anew.
             estimate: As the forest answered.
         """
         state = self._tracks.setdefault(track, _Track(len(estimate.joints), tick))
@@ -46,8 +46,9 @@ class _Track:
         self._unseen_s = np.full(n_joints, np.inf)
 
     def update(self, estimate: JointEstimate, seconds: float) -> NDArray[np.float32]:
-        if seconds > FORGOTTEN_S:
+        if not 0.0 < seconds <= FORGOTTEN_S:
             self._smoother.reset()
+            self._unseen_s[:] = np.inf
         joints = self._smoother.update(estimate.joints, trust(estimate), seconds)
         is_found = np.isfinite(estimate.joints).all(axis=1)
         self._unseen_s = np.where(is_found, 0.0, self._unseen_s + seconds)

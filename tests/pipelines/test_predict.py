@@ -173,6 +173,7 @@ def test_files_that_hold_no_depth_are_one_line(model, tmp_path, capsys, name, me
         (["PNG", "--frame", "3", *CAMERA], "--frame and --sensor need --corpus DIR"),
         (["PNG", "--corpus", "CORPUS", "--frame", "3"], "give depth images, or --corpus"),
         (["--corpus", "CORPUS"], "--corpus needs --frame N"),
+        (["--corpus", "CORPUS", "--frame", "3", "--smooth"], "--smooth needs a sequence of files"),
         (["--corpus", "CORPUS", "--frame", "200"], "frame 200 is not in"),
         (["--corpus", "CORPUS", "--frame", "3", "--sensor", "eye"], "sensor 'eye' is unknown"),
         (["PNG", "--box", "0", "0", "2", "2", *CAMERA], "shows nothing in the box between 0 and inf m"),

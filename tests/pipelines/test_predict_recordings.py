@@ -303,6 +303,7 @@ def test_people_and_long_gaps_are_not_smoothed_into_one_another():
         smoother.smoothed("a", k, here)
         np.testing.assert_allclose(smoother.smoothed("b", k, there).joints, there.joints, atol=0.01)
     np.testing.assert_allclose(smoother.smoothed("a", 30, there).joints, there.joints, atol=1e-6)
+    np.testing.assert_allclose(smoother.smoothed("a", 3, here).joints, here.joints, atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["oarf", "rwf"])
