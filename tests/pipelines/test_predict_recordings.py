@@ -1,7 +1,9 @@
 """undergrowth predict on recordings: files of every kind, folders by layout, damaged files, smoothing, sheets."""
 
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -26,6 +28,7 @@ from pipelines.predicting.sheet import N_SHOWN, spread_places
 from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 
+REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
 INTRINSICS = ("--intrinsics", "60", "60", "31.5", "23.5")
 PEOPLE = """
 [[foreground.boxes]]
@@ -191,8 +194,6 @@ def test_every_and_no_pictures(models, folder, tmp_path):
     ],
 )
 def test_requests_that_do_not_fit_are_one_line(models, folder, tmp_path, capsys, words, message):
-    import re
-
     for name in ("mixed", "empty"):
         (tmp_path / name).mkdir()
     for name in ("a.png", "b.npy"):
@@ -325,3 +326,16 @@ def test_a_sheet_shows_the_first_the_last_and_what_is_evenly_between():
     places = spread_places(1000)
     assert (len(places), places[0], places[-1]) == (N_SHOWN, 0, 999)
     assert np.ptp(np.diff(places)) <= 1
+
+
+# Recordings of others
+
+
+@pytest.mark.parametrize(("name", "n_people"), [("skeltrack", 12), ("five_people", 5)])
+def test_real_recordings_are_asked_about_without_a_word_on_them(models, tmp_path, name, n_people):
+    if not (REAL / name).is_dir():
+        pytest.skip(f"needs the recordings {REAL / name}")
+    assert predict(models / "rwf", REAL / name, "--no-pictures", "--out", tmp_path / "out") == 0
+    lines = lines_of(tmp_path / "out")
+    assert len(lines) == n_people
+    assert all(line["joints"]["head"]["xyz"] is not None for line in lines)
