@@ -6,8 +6,12 @@ BIN := $(VENV)/bin
 
 .PHONY: demo test test-fast lint format types contracts check bench pictures lock clean
 
+# make demo REAL=path [LAYOUT=name|file.toml] [CAMERA=preset [FAR=metres]]: skeletons on a folder of recorded depth too.
+# The recipe's shell takes the words from its environment, so that a path may hold spaces.
+export REAL LAYOUT CAMERA FAR
 demo: $(VENV)/.installed
-	$(BIN)/undergrowth demo --out out/demo
+	$(BIN)/undergrowth demo --out out/demo $(if $(REAL),--real "$$REAL") $(if $(LAYOUT),--layout "$$LAYOUT") \
+		$(if $(CAMERA),--camera "$$CAMERA") $(if $(FAR),--far "$$FAR")
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -53,10 +53,8 @@ def overlay(
         pixels: Drawn beside it if given.
     """
     window, scale = _window(depth)
-    places = scale * (estimate.joints_2d.astype(np.float64) + 0.5 - [window[1].start, window[0].start])
-    left = _resized(_grey(depth)[window], scale, cv2.INTER_LINEAR)
-    draw_skeleton(left, places, estimate, joints)
-    panels, captions = [left], [_marks_caption()]
+    left = skeleton_panel(depth, estimate, joints)
+    panels, captions = [left], [marks_caption()]
     if pixels is not None:
         panels += [np.full((len(left), GAP, 3), palette.PAPER, np.uint8)]
         panels += [_resized(label_colours(*pixels)[window], scale, cv2.INTER_NEAREST)]
@@ -64,6 +62,15 @@ def overlay(
     rows = [np.hstack(panels), *captions]
     width = max(row.shape[1] for row in rows)
     return np.vstack([cv2.copyMakeBorder(r, 0, 0, 0, width - r.shape[1], _PAD, value=palette.PAPER) for r in rows])
+
+
+def skeleton_panel(depth: NDArray[np.uint16], estimate: JointEstimate, joints: tuple[str, ...]) -> Picture:
+    """The skeleton over the depth, cut to what it shows, without a caption; arguments as of `overlay`."""
+    window, scale = _window(depth)
+    places = scale * (estimate.joints_2d.astype(np.float64) + 0.5 - [window[1].start, window[0].start])
+    panel = _resized(grey_depth(depth)[window], scale, cv2.INTER_LINEAR)
+    draw_skeleton(panel, places, estimate, joints)
+    return panel
 
 
 def label_colours(labels: NDArray[np.uint8], classes: tuple[str, ...]) -> Picture:
@@ -133,7 +140,7 @@ def _window(depth: NDArray[np.uint16]) -> tuple[tuple[slice, slice], float]:
     return (spans[0], spans[1]), min(PANEL_HEIGHT / height, MAX_PANEL_WIDTH / width)
 
 
-def _grey(depth: NDArray[np.uint16]) -> Picture:
+def grey_depth(depth: NDArray[np.uint16]) -> Picture:
     """(height, width, 3): near is light, far is dark."""
     there = depth > 0
     near, far = np.percentile(depth[there], [1, 99])
@@ -148,7 +155,7 @@ def _resized(picture: Picture, scale: float, way: int) -> Picture:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else way), np.uint8)
 
 
-def _marks_caption() -> Picture:
+def marks_caption() -> Picture:
     """What the marks of joints mean."""
     out = _blank_caption()
     y, x = CAPTION_HEIGHT // 2, 14

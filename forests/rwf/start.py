@@ -14,6 +14,10 @@ N_PROBES = 9
 """The depth of a box's middle is the median over a grid of so many by so many pixels."""
 MIDDLE_SHARE = 0.5
 """Share of a box's width and height that the grid spans."""
+HEAD_M = 0.15
+"""A head is sought so far to the left and right of the foreground's middle [m]."""
+UPPER_M = 0.6
+"""Height and width of a box around head, shoulders and torso [m]."""
 
 
 def start_point(
@@ -122,3 +126,29 @@ def upper_body_box(joints: NDArray[np.float32], camera: Pinhole, margin_m: float
         float(u.max()) + margin + 1,
         float(v.max()) + margin + 1,
     )
+
+
+def upper_foreground_box(depth: NDArray[np.uint16], camera: Pinhole) -> Box | None:
+    """A box like that of `upper_body_box`, of a person who is cut out, where no detector gives one.
+
+    The columns about the foreground's middle show where the head ends; from there down to the waist the middle is
+    found anew. Arms held up or out do not move it much, furniture that is not cut away does.
+
+    Args:
+        depth: (height, width) uint16 [mm], 0 = nothing.
+        camera: Intrinsics.
+
+    Returns:
+        The box; None if the image shows nothing.
+    """
+    v, u = np.nonzero(depth)
+    if not len(v):
+        return None
+    z = depth[v, u].astype(np.float64) * 1e-3
+    middle, distance = float(np.median(u)), float(np.median(z))
+    for _ in range(2):
+        top = int(v[np.abs(u - middle) <= HEAD_M * camera.fx / distance].min(initial=int(v.max())))
+        is_upper = (v >= top) & (v <= top + UPPER_M * camera.fy / distance)
+        middle, distance = float(np.median(u[is_upper])), float(np.median(z[is_upper]))
+    half = UPPER_M / 2 * camera.fx / distance
+    return middle - half, float(top), middle + half + 1, top + UPPER_M * camera.fy / distance

@@ -14,8 +14,9 @@ from pipelines.corpus import Order
 from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.generate import generate
+from pipelines.importing.entries import SMALLEST_BLOB, list_files
 from pipelines.importing.layout import Layout, choose_layout
-from pipelines.importing.source import Options, RecordedFrames, list_files
+from pipelines.importing.source import Options, RecordedFrames
 
 log = logging.getLogger(__name__)
 
@@ -40,7 +41,7 @@ class DepthSettings:
     layout: str | None = None
     splits: str = "test=1"
     every: int = 1
-    smallest_blob: float = 0.02
+    smallest_blob: float = SMALLEST_BLOB
     registration: bool = True
     workers: int = 1
 

@@ -22,19 +22,19 @@ class ItopIndex:
 
     Attributes:
         depth: The file of depth maps or clouds.
-        labels: The file of joints.
-        rows: Frames whose joints are valid.
+        labels: The file of joints; None if there is none.
+        rows: Frames whose joints are valid; without joints, all.
         subjects: Of these frames: what stands before "_" in their identifiers.
     """
 
     depth: Path
-    labels: Path
+    labels: Path | None
     rows: tuple[int, ...]
     subjects: tuple[str, ...]
 
 
-def read_index(depth: Path, labels: Path, layout: Layout) -> ItopIndex:
-    """Checks both files and lists the frames whose joints are valid.
+def read_index(depth: Path, labels: Path | None, layout: Layout) -> ItopIndex:
+    """Checks both files and lists the frames whose joints are valid; all frames without a file of joints.
 
     Raises:
         UserError: A file is missing or damaged, lacks an array, or has one of another shape.
@@ -46,29 +46,47 @@ def read_index(depth: Path, labels: Path, layout: Layout) -> ItopIndex:
         if data.shape not in allowed:
             raise UserError(f"{depth}: {DEPTH_KEY} is {data.shape}, must be {allowed[0]} or {allowed[1]}")
         names = [_text(value) for value in file["id"][()]] if "id" in file else [""] * n
-    with _opened(labels) as file:
-        joints = _array(file, labels, JOINTS_KEY)
-        if joints.shape[0] != n or len(names) != n:
-            raise UserError(f"{labels} holds joints of {joints.shape[0]} frames, {depth} has {n}")
-        is_valid = np.asarray(file["is_valid"][()] if "is_valid" in file else np.ones(n), bool)
-    rows = tuple(int(row) for row in np.flatnonzero(is_valid))
+    if len(names) != n:
+        raise UserError(f"{depth} has {len(names)} identifiers of {n} frames")
+    rows = tuple(range(n)) if labels is None else _valid_rows(labels, depth, n)
     return ItopIndex(depth, labels, rows, tuple(names[row].split("_")[0] for row in rows))
 
 
-def read_row(index: ItopIndex, row: int, layout: Layout) -> tuple[DepthImage, NDArray[np.float64]]:
-    """(height, width) uint16 depth [mm] of a frame's person, and its joints as the file has them [m].
+def _valid_rows(labels: Path, depth: Path, n: int) -> tuple[int, ...]:
+    with _opened(labels) as file:
+        joints = _array(file, labels, JOINTS_KEY)
+        if joints.shape[0] != n:
+            raise UserError(f"{labels} holds joints of {joints.shape[0]} frames, {depth} has {n}")
+        is_valid = np.asarray(file["is_valid"][()] if "is_valid" in file else np.ones(n), bool)
+    return tuple(int(row) for row in np.flatnonzero(is_valid))
 
-    Pixels that `segmentation` calls background are cut away, if the file has it.
+
+def read_depth_row(index: ItopIndex, row: int, layout: Layout) -> DepthImage:
+    """(height, width) uint16 depth [mm] of a frame's person.
+
+    Pixels that `segmentation` calls background are cut away, if the file of joints has it.
     """
     with _opened(index.depth) as file:
         values = np.asarray(file[DEPTH_KEY][row], np.float32)
     metres = values if values.ndim == 2 and values.shape[1] != 3 else values[:, 2]
     image = millimetres(metres.reshape(layout.height, layout.width))
+    if index.labels is not None:
+        with _opened(index.labels) as file:
+            if "segmentation" in file:
+                image[np.asarray(file["segmentation"][row]) < 0] = 0
+    return image
+
+
+def read_joint_row(index: ItopIndex, row: int) -> NDArray[np.float64]:
+    """(n_names, 3) joints of a frame as the file has them [m].
+
+    Raises:
+        UserError: There is no file of joints.
+    """
+    if index.labels is None:
+        raise UserError(f"{index.depth} has no joints: there is no file of them beside it")
     with _opened(index.labels) as file:
-        table = np.asarray(file[JOINTS_KEY][row], np.float64)
-        if "segmentation" in file:
-            image[np.asarray(file["segmentation"][row]) < 0] = 0
-    return image, table
+        return np.asarray(file[JOINTS_KEY][row], np.float64)
 
 
 @contextlib.contextmanager

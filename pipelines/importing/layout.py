@@ -191,9 +191,14 @@ def choose_layout(folder: Path, wanted: str | None) -> tuple[str, Layout]:
     listed = ", ".join(known)
     if wanted is not None:
         raise UserError(f"layout {wanted!r} is unknown; known are {listed}, or give a .toml file")
-    found = [name for name, layout in known.items() if layout.matches(folder)]
+    found = recognised(folder)
     if len(found) == 1:
         return found[0], known[found[0]]
     if found:
         raise UserError(f"{folder} reads as {' and '.join(found)}; choose one with --layout")
     raise UserError(f"{folder} is of no known layout ({listed}); describe it in a .toml file and give --layout")
+
+
+def recognised(folder: Path) -> list[str]:
+    """Names of the known layouts that a folder's contents are told to be of."""
+    return [name for name, layout in known_layouts().items() if layout.matches(folder)]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pipelines.depthfile import read_depth
 from pipelines.errors import UserError
-from pipelines.importing.layout import Layout
+from pipelines.importing.layout import Format, Layout
 from pipelines.importing.pcd import read_cloud_depth
 
 DepthImage = NDArray[np.uint16]
@@ -47,7 +47,8 @@ def _plain(path: Path, layout: Layout) -> DepthImage:
 def _npy(path: Path, layout: Layout) -> DepthImage:
     """Integers in the layout's unit, or floats in metres."""
     try:
-        image = np.load(path, allow_pickle=False)
+        # Mapped, so that a header cannot ask for more memory than the file has bytes.
+        image = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError):
         raise UserError(f"{path} is damaged, or holds no plain array") from None
     if image.dtype.kind == "f" and image.ndim == 2:
@@ -75,3 +76,8 @@ def _pcd(path: Path, layout: Layout) -> DepthImage:
 
 READERS: dict[str, Callable[[Path, Layout], DepthImage]] = {"png": _plain, "npy": _npy, "raw": _raw, "pcd": _pcd}
 """By format, for files of one image."""
+
+SUFFIXES: dict[str, Format] = {
+    ".png": "png", ".npy": "npy", ".raw": "raw", ".bin": "raw", ".pcd": "pcd", ".h5": "itop", ".hdf5": "itop",
+}  # fmt: skip
+"""What a file is taken for where no layout says it."""

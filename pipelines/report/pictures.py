@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.estimate import JointEstimate
 from pipelines.inspect.palette import NO_RETURN, PART_COLOURS
 from pipelines.inspect.sheet import person_window
+from pipelines.overlay import draw_skeleton, grey_depth
 from synth.camera import Camera
 from synth.frame import Frame
 from synth.vocabulary import BONES, JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, JointState
@@ -18,6 +20,8 @@ TILE_WIDTH = 300
 """Columns of a picture [px]."""
 ZOOM = 1.2
 """Size of the window over that of the person's box."""
+HIGHEST = 1.6
+"""Height over width of a window around the foreground, at most, where the image's border allows it."""
 Picture = NDArray[np.uint8]
 """(height, width, 3) BGR."""
 
@@ -53,6 +57,20 @@ class View:
     def of(cls, frame: Frame) -> "View":
         """The window around the whole person."""
         return cls(frame, *person_window(frame, ZOOM))
+
+    @classmethod
+    def of_foreground(cls, frame: Frame) -> "View":
+        """The window around all that the frame shows, not much higher than wide."""
+        rows, columns = (np.flatnonzero((frame.depth > 0).any(axis=axis)) for axis in (1, 0))
+        height, width = frame.depth.shape
+        if not len(rows):
+            return cls(frame, slice(0, height), slice(0, width))
+        margin = 2 + (max(len(rows), len(columns)) // 16)
+        top, bottom = max(0, int(rows[0]) - margin), min(height, int(rows[-1]) + 1 + margin)
+        left, right = int(columns[0]) - margin, int(columns[-1]) + 1 + margin
+        wider = max(0, round((bottom - top) / HIGHEST) - (right - left))
+        left, right = left - wider // 2, right + (wider + 1) // 2
+        return cls(frame, slice(top, bottom), slice(max(0, left), min(width, right)))
 
     @property
     def scale(self) -> float:
@@ -138,6 +156,20 @@ def estimate_picture(
         x, y = place
         for rise in (-5, 5):
             cv2.line(picture, (x - 5, y - rise), (x + 5, y + rise), VERMILION, 3, cv2.LINE_AA)
+    return picture
+
+
+def skeleton_picture(view: View, names: Sequence[str], estimate: JointEstimate) -> Picture:
+    """A skeleton over the grey depth, the person's right orange, left blue, as `undergrowth predict` draws it.
+
+    Args:
+        view: The window.
+        names: (n_joints,) names of the joints.
+        estimate: The joints.
+    """
+    picture = view.cut(grey_depth(view.frame.depth))
+    places = [view.place(xyz) or (np.nan, np.nan) for xyz in estimate.joints]
+    draw_skeleton(picture, np.array(places, np.float64), estimate, tuple(names))
     return picture
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from toy_recording import CAMERA, HEIGHT_M, NAMES, TILT_DEG, import_recording, write_recording
+from toy_walker import CAMERA, HEIGHT_M, NAMES, TILT_DEG, import_recording, write_recording
 
 from pipelines.cli import main
 from pipelines.composing.floor import Floor, find_floor, fit_floor

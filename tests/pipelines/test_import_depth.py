@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from toy_recording import ANNOTATION, CAMERA, LAYOUT, NAMES, silhouette, standing, write_layout, write_recording
 
 from pipelines.cli import main
 from pipelines.corpus import Corpus
@@ -25,74 +26,15 @@ from pipelines.laws import broken_laws
 from pipelines.metrics import read_truths
 from pipelines.metrics.groups import by_state
 from pipelines.verify import faults
-from synth.camera import Camera
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
 
 REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
-CAMERA = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
-NAMES = list(known_layouts()["itop"].annotation.names)
-LAYOUT = """
-recognised_by = []
-files = "d_*.{format}"
-format = "{format}"
-width = 64
-height = 48
-camera = {{ fx = 60.0, fy = 60.0, cx = 31.5, cy = 23.5 }}
-"""
-ANNOTATION = """
-[annotation]
-files = "j_{{}}.txt"
-y_up = true
-names = {names}
-joints = {{ {joints} }}
-"""
-
-
 SMALL = ["--n-trees", "1", "--growth.max-depth", "4", "--growth.n-candidates", "20"]
-
-
-def standing(x_m=0.0):
-    """(15, 3) joints of somebody who faces the camera at 2 m [m]; their right is on the image's left."""
-    by_name = {
-        "head": (0, -0.6), "neck": (0, -0.4), "torso": (0, -0.1), "shoulder": (0.18, -0.35), "elbow": (0.4, -0.35),
-        "hand": (0.6, -0.35), "hip": (0.1, 0.15), "knee": (0.12, 0.45), "foot": (0.14, 0.7),
-    }  # fmt: skip
-    out = []
-    for name in JOINT_NAMES:
-        x, y = by_name[name.removeprefix("r_").removeprefix("l_")]
-        out.append((-x if name.startswith("r_") else x, y, 2.0))
-    return np.array(out) + np.array([x_m, 0.0, 0.0])
-
-
-def silhouette(joints):
-    """(48, 64) uint16 [mm]: discs along all bones, 5 cm before them."""
-    image = np.zeros((48, 64), np.uint8)
-    bones = bones_of(joints)
-    for start, end in zip(CAMERA.project(bones.start), CAMERA.project(bones.end), strict=True):
-        cv2.line(image, [round(v) for v in start], [round(v) for v in end], 1, 4)
-    return (image * np.uint16(1950)).astype(np.uint16)
-
-
-def write_layout(folder, format="png", joints=None):
-    used = NAMES if joints is None else joints
-    text = LAYOUT.format(format=format)
-    if used:
-        text += ANNOTATION.format(names=json.dumps(NAMES), joints=", ".join(f'{n} = "{n}"' for n in used))
-    (folder / "layout.toml").write_text(text)
-    return str(folder / "layout.toml")
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Ten frames, numbered so that names do not sort as numbers do, walking to the image's right."""
-    out = tmp_path / "recording"
-    out.mkdir()
-    for number in range(10):
-        joints = standing(0.01 * number)
-        cv2.imwrite(str(out / f"d_{number + 5}.png"), silhouette(joints))
-        theirs = joints[[JOINT_NAMES.index(name) for name in NAMES]] * [1, -1, 1]
-        np.savetxt(out / f"j_{number + 5}.txt", theirs)
-    return out
+    return write_recording(tmp_path / "recording")
 
 
 def imported(folder, layout, out=None, **settings):

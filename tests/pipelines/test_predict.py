@@ -19,7 +19,7 @@ from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.inspect import palette
 from pipelines.overlay import PANEL_HEIGHT, PixelLabels, label_colours, overlay
-from pipelines.predict import joint_values
+from pipelines.predicting.skeleton import joint_values
 from synth.vocabulary import JOINT_NAMES, N_JOINTS, PART
 
 CONFIG = OARFConfig(
@@ -144,12 +144,11 @@ def bad_files(folder):
         ("cut.png", "is damaged: the PNG ends before its end"),
         ("spoilt.png", "is damaged: it cannot be decoded"),
         ("text.png", "is neither a PNG nor a .npy file"),
-        ("metres.npy", "depth is float64, must be integer millimetres"),
         ("deep.npy", "depth spans 70000..70000, must be in 0..65535"),
         ("flat.npy", "depth has shape"),
         ("objects.npy", "is damaged, or holds no plain array"),
         ("huge.npy", "is damaged, or holds no plain array"),
-        ("folder.png", "cannot read"),
+        ("folder.png", "has no depth files: none ends in .png, .npy"),
         ("empty.npy", "shows nothing between 0 and inf m"),
     ],
 )
@@ -174,6 +173,7 @@ def test_files_that_hold_no_depth_are_one_line(model, tmp_path, capsys, name, me
         (["PNG", "--frame", "3", *CAMERA], "--frame and --sensor need --corpus DIR"),
         (["PNG", "--corpus", "CORPUS", "--frame", "3"], "give depth images, or --corpus"),
         (["--corpus", "CORPUS"], "--corpus needs --frame N"),
+        (["--corpus", "CORPUS", "--frame", "3", "--smooth"], "--smooth needs a sequence of files"),
         (["--corpus", "CORPUS", "--frame", "200"], "frame 200 is not in"),
         (["--corpus", "CORPUS", "--frame", "3", "--sensor", "eye"], "sensor 'eye' is unknown"),
         (["PNG", "--box", "0", "0", "2", "2", *CAMERA], "shows nothing in the box between 0 and inf m"),

@@ -391,7 +391,7 @@ def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, t
         asked.append(path.name)
         return Contestant(path.stem, Labeller(), truths.joints, Classes()), {}
 
-    monkeypatch.setattr("pipelines.report.sections.gallery.load_contestant", load)
+    monkeypatch.setattr("pipelines.report.models.load_contestant", load)
     answers = answers_of(truths, ("baseline", "occluders", "semantic", "rwf"))
     made = write_folder(tmp_path / "a", toy_corpus, answers, models=("baseline", "semantic", "rwf"))
     (made / "models/baseline-0.safetensors").write_bytes(b"another forest")

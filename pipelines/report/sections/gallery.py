@@ -1,18 +1,16 @@
 """The section of example frames: what the camera saw, what is true, what each method answered."""
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.evaluate import file_digest, load_contestant
 from pipelines.metrics.measures import WITHIN_M
-from pipelines.predictions import Contestant
 from pipelines.report.examples import ERROR_CAP_M, PLACES, Choice, Example, choose_examples, frame_errors
 from pipelines.report.markup import Section, left_out, paragraph
 from pipelines.report.methods import METHODS
+from pipelines.report.models import first_model
 from pipelines.report.pictures import (
     View,
     class_colour,
@@ -81,25 +79,15 @@ def _note(source: Source, known: Mapping[str, Labels]) -> str:
 
 
 def _labels_of(source: Source, name: str, frames: Mapping[int, Frame]) -> Labels | None:
-    contestant = _contestant(source, name)
-    if contestant is None or contestant.classes is None:
+    model = first_model(source, name) if source.main["rows"][name]["pixels"][0] else None
+    if model is None or model.contestant.classes is None:
         return None
-    predictor = contestant.predictor
+    predictor, classes = model.contestant.predictor, model.contestant.classes
     by_row = {
         row: predictor.label_pixels(frame.depth, frame.camera)  # type: ignore[attr-defined]
         for row, frame in frames.items()
     }
-    return Labels(by_row, len(contestant.classes.names) - contestant.classes.n_parts > 1)
-
-
-def _contestant(source: Source, name: str) -> Contestant | None:
-    """The first training's model, if it labels pixels and the file is the one that was scored."""
-    row = source.main["rows"][name]
-    model = row["trainings"][0]["model"]
-    path: Path = source.folder / model["file"]
-    if not row["pixels"][0] or not path.is_file() or file_digest(path) != model["digest"]:
-        return None
-    return load_contestant(path)[0]
+    return Labels(by_row, len(classes.names) - classes.n_parts > 1)
 
 
 def _example(source: Source, item: Example, frame: Frame, labels: Mapping[str, Labels]) -> str:

@@ -1,0 +1,1 @@
+"""What `undergrowth predict` is made of: images of any source, skeletons over time, what is written."""

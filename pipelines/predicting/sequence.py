@@ -1,0 +1,186 @@
+"""Images asked about one after the other: a JSON file and a picture each, and for several one of each of all."""
+
+import json
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from forests.estimate import JointEstimate
+from pipelines.corpus.header import write_atomically
+from pipelines.errors import UserError
+from pipelines.inspect.sheet import Picture
+from pipelines.overlay import skeleton_panel
+from pipelines.predicting.ask import ask
+from pipelines.predicting.images import DepthImage, Request
+from pipelines.predicting.sheet import sheet, sheet_tile, spread_places
+from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
+from pipelines.predicting.smooth import TrackSmoother
+from pipelines.predictions import Contestant
+
+log = logging.getLogger(__name__)
+
+LINES_NAME, SHEET_NAME = "skeletons.jsonl", "sheet.png"
+N_LISTED = 20
+"""Of more images, not every one is told."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """How images are asked about.
+
+    Attributes:
+        box: left, top, right, bottom [px]: where the person is; None = not told.
+        near: What is nearer is cut away [m].
+        far: What is farther is cut away [m].
+        fps: Frames a second of a sequence that is smoothed; 0 = not smoothed.
+        pictures: Whether every image gets a picture.
+        lists: Whether every image is told, of not too many.
+    """
+
+    box: tuple[int, int, int, int] | None = None
+    near: float = 0.0
+    far: float = math.inf
+    fps: float = 0.0
+    pictures: bool = True
+    lists: bool = True
+
+
+class Answer(NamedTuple):
+    """What came of an image.
+
+    Attributes:
+        request: The image.
+        image: As it was asked about.
+        estimate: The joints.
+    """
+
+    request: Request
+    image: DepthImage
+    estimate: JointEstimate
+
+
+class Asked:
+    """A model, and the folder that what it answers is written to.
+
+    Attributes:
+        contestant: The model.
+        about: What is told of its file.
+        way: How it is asked.
+        out: The folder.
+    """
+
+    def __init__(self, contestant: Contestant, about: dict[str, Any], way: Way, out: Path) -> None:
+        self.contestant = contestant
+        self.about = about
+        self.way = way
+        self.out = out
+        self._smoother = TrackSmoother(way.fps) if way.fps else None
+
+    def one(self, request: Request) -> None:
+        """Asks about an only image.
+
+        Raises:
+            UserError: It cannot be read, or shows nothing.
+        """
+        answer = self._answer(request)
+        self._write(answer)
+        self._tell(answer)
+
+    def several(self, requests: Sequence[Request]) -> int:
+        """Asks about each image of a sequence; those that cannot be read are told and left out.
+
+        Returns:
+            How many were left out.
+        """
+        shown = set(spread_places(len(requests)).tolist())
+        tiles: list[Picture] = []
+        lines = []
+        n_skipped = 0
+        for place, request in enumerate(tqdm(requests, unit="image", delay=2.0, dynamic_ncols=True)):
+            try:
+                answer = self._answer(request)
+            except (UserError, OSError) as error:
+                n_skipped += 1
+                log.info("skipped: %s", error)
+                lines.append(_line({"name": request.name, "error": str(error)}))
+                continue
+            lines.append(_line({"name": request.name} | self._write(answer)))
+            if place in shown:
+                tiles.append(sheet_tile(self._panel(answer), request.name))
+            if self.way.lists and len(requests) <= N_LISTED:
+                self._tell(answer)
+        write_atomically(self.out / LINES_NAME, "".join(lines))
+        if tiles:
+            _write_picture(self.out / SHEET_NAME, sheet(tiles))
+        return n_skipped
+
+    def _answer(self, request: Request) -> Answer:
+        image = request.read()
+        depth = self._cut(image.depth, request.source)
+        estimate = ask(self.contestant, depth, image.camera, self.way.box)
+        if self._smoother is not None:
+            estimate = self._smoother.smoothed(request.track, request.tick, estimate)
+        return Answer(request, DepthImage(depth, image.camera), estimate)
+
+    def _cut(self, depth: NDArray[np.uint16], source: str) -> NDArray[np.uint16]:
+        """The depth image without what is nearer or farther; something must be left in the box."""
+        near, far = self.way.near, self.way.far
+        metres = depth * 1e-3
+        depth = depth * ((metres >= near) & (metres <= far))
+        left, top, right, bottom = self.way.box or (0, 0, depth.shape[1], depth.shape[0])
+        if not depth[max(0, top) : max(0, bottom), max(0, left) : max(0, right)].any():
+            where = " in the box" if self.way.box else ""
+            raise UserError(f"{source} shows nothing{where} between {near:g} and {far:g} m")
+        return depth
+
+    def _write(self, answer: Answer) -> dict[str, Any]:
+        """Writes an image's files, and gives what they say."""
+        document = self._document(answer)
+        write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
+        if self.way.pictures:
+            picture = skeleton_picture(self.contestant, *answer.image, answer.estimate)
+            _write_picture(self.out / f"{answer.request.name}.overlay.png", picture)
+        return document
+
+    def _panel(self, answer: Answer) -> Picture:
+        return skeleton_panel(answer.image.depth, answer.estimate, self.contestant.joints)
+
+    def _path(self, answer: Answer) -> Path:
+        return self.out / f"{answer.request.name}.json"
+
+    def _tell(self, answer: Answer) -> None:
+        n_found = int((answer.estimate.confidence > 0).sum())
+        n_joints = len(self.contestant.joints)
+        log.info("%s: %d of %d joints, %s", answer.request.source, n_found, n_joints, self._path(answer))
+
+    def _document(self, answer: Answer) -> dict[str, Any]:
+        height, width = answer.image.depth.shape
+        return {
+            "schema": SCHEMA,
+            "schema_version": SCHEMA_VERSION,
+            "model": {name: self.about[name] for name in ("name", "kind", "digest")},
+            "image": {"source": answer.request.source, "width": width, "height": height},
+            "camera": {name: float(getattr(answer.image.camera, name)) for name in ("fx", "fy", "cx", "cy")},
+            "box": self.way.box,
+            "near": self.way.near,
+            "far": number_value(self.way.far),
+            "smoothed_fps": self.way.fps or None,
+            "joints": joint_values(answer.estimate, self.contestant.joints),
+        }
+
+
+def _line(document: dict[str, Any]) -> str:
+    return json.dumps(document, separators=(",", ":")) + "\n"
+
+
+def _write_picture(path: Path, picture: Picture) -> None:
+    if not cv2.imwrite(str(path), picture):
+        raise UserError(f"cannot write {path}")

@@ -1,0 +1,58 @@
+"""What was found in an image, as JSON values and as a picture; docs/formats.md describes the keys."""
+
+import math
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.estimate import JointEstimate
+from forests.frames import Pinhole
+from pipelines.overlay import PixelLabels, overlay
+from pipelines.predictions import Contestant, PixelLabeller
+
+SCHEMA = "undergrowth skeleton"
+SCHEMA_VERSION = 1
+
+
+def joint_values(estimate: JointEstimate, joints: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    """What was found, by joint, as JSON values.
+
+    Args:
+        estimate: The joints.
+        joints: Their names.
+    """
+    values: dict[str, dict[str, Any]] = {}
+    for k, name in enumerate(joints):
+        is_there = np.isfinite(estimate.proposals[k]).all(axis=1)
+        found = zip(estimate.proposals[k][is_there], estimate.proposal_confidence[k][is_there], strict=True)
+        values[name] = {
+            "xyz": place_value(estimate.joints[k]),
+            "uv": place_value(estimate.joints_2d[k]),
+            "confidence": number_value(estimate.confidence[k]),
+            "probability": number_value(estimate.probability[k]),
+            "hidden_probability": number_value(estimate.hidden_probability[k]),
+            "spread": number_value(estimate.spread[k]),
+            "proposals": [{"xyz": place_value(xyz), "confidence": number_value(share)} for xyz, share in found],
+        }
+    return values
+
+
+def skeleton_picture(
+    contestant: Contestant, depth: NDArray[np.uint16], camera: Pinhole, estimate: JointEstimate
+) -> NDArray[np.uint8]:
+    """The skeleton over the depth; beside it the labels of the pixels, if the model gives any."""
+    if contestant.classes is None:
+        return overlay(depth, estimate, contestant.joints)
+    labels = cast("PixelLabeller", contestant.predictor).label_pixels(depth, camera)
+    return overlay(depth, estimate, contestant.joints, PixelLabels(labels, contestant.classes.names))
+
+
+def place_value(values: NDArray[np.float32]) -> list[float | None] | None:
+    """A place as JSON has it; None if it is none."""
+    return [number_value(value) for value in values] if np.isfinite(values).all() else None
+
+
+def number_value(value: float) -> float | None:
+    """Six digits; None for what is not finite, which JSON cannot say."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None
