@@ -55,6 +55,9 @@ class RWFConfig:
         step_m: Length of the first step [m].
         decay: Length of a step over that of the step before.
         n_arriving: First steps that the estimate does not count.
+        ways_m: Lengths of a walk whose steps do not decay [m], for validation frames to choose from. Short ones end
+            where limbs of the usual length end; long ones alone (1.2) suit people whom the training frames do not
+            resemble.
         limb_share: Share of the training limbs that are shorter, and that are longer, than the limits.
         growth: How a tree is grown.
     """
@@ -78,6 +81,7 @@ class RWFConfig:
     step_m: float = 0.06
     decay: float = 0.95
     n_arriving: int = 5
+    ways_m: tuple[float, ...] = (0.2, 0.3, 0.45, 0.65, 0.9, 1.2)
     limb_share: float = 0.01
     growth: GrowthConfig = field(
         default_factory=lambda: GrowthConfig(
@@ -97,6 +101,8 @@ class RWFConfig:
         for name in ("reach_m", "cluster_bandwidth", "step_m"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} must be above 0")
+        if not self.ways_m or not min(self.ways_m) > 0:
+            raise ValueError(f"ways_m={self.ways_m} must be one or more lengths above 0 m")
         for name in ("gate_share", "limb_share"):
             if not 0 <= getattr(self, name) < 0.5:
                 raise ValueError(f"{name}={getattr(self, name)} must be in [0, 0.5)")

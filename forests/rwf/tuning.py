@@ -20,8 +20,6 @@ STEP_COUNTS = (7, 10, 14, 20)
 """Beside the config's own number of steps."""
 WORTH = 0.002
 """Fewer steps in all are taken if they lose no more than this share of the joints."""
-WAYS_M = (0.2, 0.3, 0.45, 0.65, 0.9, 1.2)
-"""Lengths of a walk whose steps do not decay [m]."""
 DECAYS = (0.95, 1.0)
 ARRIVING_SHARES = (0.25, 0.5, 0.75)
 CLUSTERS = (2, 4, 8)
@@ -162,7 +160,7 @@ def _choices(model: RWFModel, views: list[View], joint: int, n_steps: int) -> li
         return [(parent, config.step_m, config.decay, min(config.n_arriving, n_steps - 1))]
     starts = (-1, parent) if parent >= 0 else (-1,)
     arriving = sorted({int(share * n_steps) for share in ARRIVING_SHARES})
-    steps = [way / n_steps for way in WAYS_M]
+    steps = [way / n_steps for way in config.ways_m]
     return list(itertools.product(starts, steps, DECAYS, arriving))
 
 
