@@ -55,9 +55,9 @@ class RWFConfig:
         step_m: Length of the first step [m].
         decay: Length of a step over that of the step before.
         n_arriving: First steps that the estimate does not count.
-        ways_m: Lengths of a walk whose steps do not decay [m], for validation frames to choose from. Short ones end
-            where limbs of the usual length end; long ones alone (1.2) suit people whom the training frames do not
-            resemble.
+        ways_m: Lengths of a walk whose steps do not decay [m], for validation frames to choose from. Short ones
+            end where limbs of the usual length end; long ones alone (1.2) suit people whom the training frames do
+            not resemble.
         limb_share: Share of the training limbs that are shorter, and that are longer, than the limits.
         growth: How a tree is grown.
     """
