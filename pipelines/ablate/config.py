@@ -24,10 +24,10 @@ Row = Literal["baseline", "occluders", "semantic", "rwf_body", "rwf"]
 """Methods. The first three are regression forests by their mode; rwf_body: a random walk forest that learned from
 bodies alone; rwf: one that learned from what the sensor sees."""
 
-Question = Literal["context", "unseen_class", "sensor", "imported", "frames", "trees", "pixels"]
-"""What else can be asked: does the gain need the relation of object and pose; does it hold for a class of objects
-that was never seen; under a sensor's noise; on recorded poses and other people's objects; how does it grow with
-training frames, trees, voting pixels."""
+Question = Literal["context", "paper_scenes", "unseen_class", "sensor", "imported", "frames", "trees", "pixels"]
+"""What else can be asked: does the gain need the relation of object and pose; is it larger among tables and laptops
+alone; does it hold for a class of objects that was never seen; under a sensor's noise; on recorded poses and other
+people's objects; how does it grow with training frames, trees, voting pixels."""
 
 OARF_ROWS: tuple[OARFRow, ...] = get_args(OARFRow)
 RWF_ROWS: tuple[RWFRow, ...] = get_args(RWFRow)

@@ -9,6 +9,7 @@ from forests.rwf.config import RWFConfig
 from pipelines.ablate.config import OARF_ROWS, AblationConfig, Question, Row
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
+from synth.scene.config import SceneWeights
 
 Setting = str | int | bool | None
 """A condition's value of what its question varies."""
@@ -136,6 +137,16 @@ def _ask_context(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
         yield _condition(config, "context", {"is_context_kept": is_kept}, {"corpus": corpus}, {"corpus": corpus})
 
 
+def _ask_paper_scenes(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
+    """The paper's objects: tables, half of them with a laptop that is typed on, and the seats before them."""
+    scenes = SceneWeights(**dict.fromkeys(SceneWeights.names(), 0.0) | {"table": 0.5, "laptop_table": 0.5})
+    for is_paper in (False, True):
+        scene = replace(config.corpus.scene, scenes=scenes) if is_paper else config.corpus.scene
+        corpus = CorpusJob(replace(config.corpus, scene=scene))
+        settings = {"objects": "tables and laptops" if is_paper else "all"}
+        yield _condition(config, "paper_scenes", settings, {"corpus": corpus}, {"corpus": corpus})
+
+
 def _ask_unseen_class(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """Both train on as many frames and tune on the same."""
     name, corpus = config.unseen_class, config.corpus
@@ -188,6 +199,7 @@ def _ask_pixels(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
 
 QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Condition]]] = {
     "context": _ask_context,
+    "paper_scenes": _ask_paper_scenes,
     "unseen_class": _ask_unseen_class,
     "sensor": _ask_sensor,
     "imported": _ask_imported,

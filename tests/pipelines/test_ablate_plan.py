@@ -102,8 +102,12 @@ def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
     assert layers == {"rwf_body": "body", "rwf": "composite"}
 
 
+SCENES = ("unhidden", "table", "laptop_table", "laptop_lap", "stroller", "clutter", "several")
 VARIED = {
     "context": {"training.corpus.config.scene.is_context_kept", "corpus.config.scene.is_context_kept"},
+    "paper_scenes": {
+        f"{place}corpus.config.scene.scenes.{name}" for place in ("training.", "") for name in SCENES
+    },
     "unseen_class": {"training.train.rule"},
     "sensor": {"training.sensor", "sensor"},
     "imported": {"corpus.imported.poses", "corpus.imported.objects"},

@@ -11,6 +11,7 @@ from pipelines.report.text import NOTHING, difference, measured
 
 _TITLES: Mapping[str, str] = {
     "context": "Does the gain need the relation of object and pose?",
+    "paper_scenes": "Is the gain larger among tables and laptops alone, the paper's objects?",
     "unseen_class": "Does the gain hold for a class of objects that was never seen?",
     "sensor": "Does the gain hold under a sensor's noise?",
     "imported": "Does the gain hold on recorded poses and other people's objects?",
