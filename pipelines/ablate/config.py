@@ -26,8 +26,8 @@ bodies alone; rwf: one that learned from what the sensor sees."""
 
 Question = Literal["context", "paper_scenes", "unseen_class", "sensor", "imported", "frames", "trees", "pixels"]
 """What else can be asked: does the gain need the relation of object and pose; is it larger among tables and
-laptops alone; does it hold for a class of objects that was never seen; under a noisy sensor; on recorded poses and other
-people's objects; how does it grow with training frames, trees, voting pixels."""
+laptops alone; does it hold for a class of objects that was never seen; under a noisy sensor; on recorded poses
+and other people's objects; how does it grow with training frames, trees, voting pixels."""
 
 OARF_ROWS: tuple[OARFRow, ...] = get_args(OARFRow)
 RWF_ROWS: tuple[RWFRow, ...] = get_args(RWFRow)
