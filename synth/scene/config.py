@@ -94,6 +94,8 @@ class SceneConfig:
         frames_per_subject: Most frames that a body serves on average.
         frames_per_object: Likewise for each object class's objects.
         child_share: Share of subjects under 18 years.
+        stature: Range that adults' statures are drawn evenly from [m], at the mass index of the population's draw;
+            by default the population's statures, among which the very tall are rare.
     """
 
     scenes: SceneWeights = field(default_factory=SceneWeights)
@@ -112,6 +114,7 @@ class SceneConfig:
     frames_per_subject: int = 20
     frames_per_object: int = 20
     child_share: float = 0.15
+    stature: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         self.make_camera()
@@ -120,6 +123,7 @@ class SceneConfig:
         for name, low, high in (
             ("distance", 0.4, 20.0),
             ("height", 0.0, 10.0),
+            ("stature", 1.3, 2.15),
             ("azimuth", -6.3, 6.3),
             ("clearance", 0.0, 1.0),
             ("visible_share", 0.0, 1.0),

@@ -115,7 +115,12 @@ class Pools:
         stream = [self._seed, _SUBJECT_STREAM, SPLITS.index(split), number]
 
         def draw() -> BodySpec:
-            return sample_body(np.random.default_rng(stream), child_share=self._config.child_share)
+            rng = np.random.default_rng(stream)
+            spec = sample_body(rng, child_share=self._config.child_share)
+            if self._config.stature is None or spec.age < 18.0:
+                return spec
+            stature = round(float(rng.uniform(*self._config.stature)), 3)
+            return replace(spec, stature=stature, mass=round(spec.mass * (stature / spec.stature) ** 2, 1))
 
         return _cached(self._specs, (split, number), _MAX_OBJECTS, draw)
 

@@ -1,9 +1,10 @@
 """Settings of scenes are refused with one clear sentence where they make no sense."""
 
+import numpy as np
 import pytest
 
 from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig, SceneWeights, SplitShares
-from synth.scene.pools import _per_block
+from synth.scene.pools import Pools, _per_block
 
 
 @pytest.mark.parametrize(
@@ -20,6 +21,10 @@ from synth.scene.pools import _per_block
         ({"visible_share": (0.2, 1.2)}, "visible_share"),
         ({"frames_per_subject": 0}, "frames_per_subject"),
         ({"child_share": 1.5}, "child_share"),
+        ({"seated_share": -0.1}, "seated_share"),
+        ({"exercising_share": 1.1}, "exercising_share"),
+        ({"stature": (1.9, 1.5)}, "stature"),
+        ({"stature": (0.5, 1.5)}, "stature"),
     ],
 )
 def test_a_setting_that_makes_no_sense_is_refused(settings: dict, message: str) -> None:
@@ -46,3 +51,19 @@ def test_split_counts_add_up_and_follow_the_shares(n_frames: int) -> None:
 @pytest.mark.parametrize("frames_each", range(1, DRAWS_PER_BLOCK + 1))
 def test_no_subject_serves_more_frames_on_average_than_asked_for(frames_each: int) -> None:
     assert DRAWS_PER_BLOCK / _per_block(frames_each) <= frames_each
+
+
+def test_adults_take_the_statures_asked_for_and_keep_their_mass_index() -> None:
+    def people(**settings) -> list:
+        pools = Pools(SceneConfig(child_share=0.3, **settings), seed=3)
+        return [pools._subject_spec("train", number) for number in range(40)]
+
+    as_drawn, asked = people(), people(stature=(1.85, 2.0))
+    assert {spec.age < 18 for spec in as_drawn} == {True, False}
+    for before, after in zip(as_drawn, asked, strict=True):
+        if before.age < 18:
+            assert after == before
+            continue
+        assert 1.85 <= after.stature <= 2.0
+        assert after.mass / after.stature**2 == pytest.approx(before.mass / before.stature**2, abs=0.05)
+    assert np.ptp([spec.stature for spec in asked if spec.age >= 18]) > 0.08
