@@ -101,6 +101,7 @@ def evaluate(settings: EvaluateSettings) -> dict:
     if not settings.pixels:
         contestant = replace(contestant, classes=None)
     corpus = Corpus.open(settings.corpus)
+    corpus.check_sensor(settings.sensor)
     learning, scored = frames_apart(corpus, settings.split, settings.joint_offsets)
     indices = spread(scored, settings.limit)
     if not len(indices):

@@ -1,13 +1,14 @@
 """undergrowth train oarf, undergrowth train rwf: a forest out of a corpus."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import tyro
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from forests.frames import LabelTable
@@ -16,8 +17,9 @@ from forests.oarf.config import OARFConfig
 from forests.records import to_json
 from forests.rwf.config import RWFConfig
 from pipelines.checkpoints import TreeFolder, open_trees
-from pipelines.corpus import Corpus
 from pipelines.corpus.header import software_versions
+from pipelines.corpus.joined import JoinedFrames, digests_of, open_corpora, sensors_of
+from pipelines.corpus.read import Corpus
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
 from pipelines.evaluate import spread
@@ -77,7 +79,7 @@ class TrainSettings:
     kind: ClassVar[str]
     forest_class: ClassVar[type]
 
-    corpus: Annotated[Path, tyro.conf.Positional]
+    corpora: Annotated[tuple[Path, ...], tyro.conf.Positional]
     out: Path
     config: Path | None = None
     sensor: str | None = None
@@ -87,13 +89,15 @@ class TrainSettings:
     forest: Any = None
 
     def __post_init__(self) -> None:
+        if not self.corpora:
+            raise ValueError("corpora: name at least one folder")
         for name, least in {"max_frames": 0, "threads": 1}.items():
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)} must be at least {least}")
 
     @classmethod
     def from_toml(cls, path: Path) -> Self:
-        """Defaults out of a TOML file; corpus and model file are still missing."""
+        """Defaults out of a TOML file; corpora and model file are still missing."""
         table = read_toml(path)
         forest: Any = from_table(cls.forest_class, _section(table, path), f"{path}.forest")
         own = from_table(_FileSettings, {k: v for k, v in table.items() if k != "forest"}, str(path))
@@ -103,20 +107,17 @@ class TrainSettings:
     def run(self) -> int:
         """Trains the forest and writes it."""
         check_target(self.out, self.overwrite)
-        corpus = Corpus.open(self.corpus)
-        frames, validation = (self._frames(corpus, split) for split in ("train", "val"))
-        if not len(frames):
-            raise UserError(f"{self.corpus} has no frames of the split train")
-        for line in _lacking(frames, self.forest):
+        corpora = open_corpora(self.corpora)
+        frames, validation = (self._frames(corpora, split) for split in ("train", "val"))
+        for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.forest)):
             log.info("%s", line)
         kind = KINDS[self.kind]()
         facts = {
-            "corpus": corpus.digest,
+            "corpus": digests_of(corpora),
             "sensor": self.sensor,
             "max_frames": self.max_frames,
             "software": software_versions(),
         }
-        log.info("training on %d frames of %s, tuning on %d", len(frames), self.corpus, len(validation))
         store: TreeFolder[Any] = TreeFolder(
             self.out.with_name(self.out.name + ".partial"),
             facts | {"kind": self.kind, "config": to_json(self.forest), "labels": to_json(LABELS)},
@@ -138,10 +139,12 @@ class TrainSettings:
         log.info("%s: %.1f MB", self.out, self.out.stat().st_size / 1e6)
         return 0
 
-    def _frames(self, corpus: Corpus, split: str) -> CorpusFrames:
-        return CorpusFrames(corpus, spread(corpus.split(split), self.max_frames), self.sensor)
+    def _frames(self, corpora: Sequence[Corpus], split: str) -> JoinedFrames:
+        pairs = zip(corpora, sensors_of(corpora, self.sensor), strict=True)
+        chosen = (CorpusFrames(one, spread(one.split(split), self.max_frames), sensor) for one, sensor in pairs)
+        return JoinedFrames(tuple(chosen))
 
-    def _train(self, kind: ForestKind, frames: CorpusFrames, validation: CorpusFrames, store: TreeFolder) -> Any:
+    def _train(self, kind: ForestKind, frames: JoinedFrames, validation: JoinedFrames, store: TreeFolder) -> Any:
         layout = "{percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
         with tqdm(total=1.0, bar_format=layout, delay=2.0, smoothing=0, dynamic_ncols=True) as bar:
             try:
@@ -157,21 +160,21 @@ class TrainSettings:
                 log.info("%d finished trees are kept; the same command goes on after them", store.n_trees)
                 raise
             except ValueError as error:
-                raise UserError(f"training on {self.corpus}: {error}") from None
+                raise UserError(f"training on {', '.join(map(str, self.corpora))}: {error}") from None
 
 
 @dataclass(frozen=True)
 class TrainOarfSettings(TrainSettings):
-    """Trains a regression forest on a corpus' split train and tunes it on val.
+    """Trains a regression forest on the train splits of one or more corpora and tunes it on their val splits.
 
     Run again, it goes on after the last finished tree; the same settings give the same bytes.
 
     Attributes:
-        corpus: Folder of the corpus.
+        corpora: Folders of the corpora, whose frames are learned together.
         out: File of the model.
         config: TOML file with any of these settings; those on the command line go before it.
-        sensor: Sensor model for the depth; by default clean depth.
-        max_frames: Take so many frames of each split only, evenly spread; 0 takes all.
+        sensor: Sensor model for the depth of generated frames; by default clean depth.
+        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
         threads: Threads; the model does not depend on it.
         overwrite: Replace a model that is there, drop trees of another training.
         forest: How the forest is trained.
@@ -185,16 +188,16 @@ class TrainOarfSettings(TrainSettings):
 
 @dataclass(frozen=True)
 class TrainRwfSettings(TrainSettings):
-    """Trains a random walk forest on a corpus' split train and tunes it on val.
+    """Trains a random walk forest on the train splits of one or more corpora and tunes it on their val splits.
 
     Run again, it goes on after the last finished tree; the same settings give the same bytes.
 
     Attributes:
-        corpus: Folder of the corpus.
+        corpora: Folders of the corpora, whose frames are learned together.
         out: File of the model.
         config: TOML file with any of these settings; those on the command line go before it.
-        sensor: Sensor model for the depth; by default clean depth.
-        max_frames: Take so many frames of each split only, evenly spread; 0 takes all.
+        sensor: Sensor model for the depth of generated frames; by default clean depth.
+        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
         threads: Threads; the model does not depend on it.
         overwrite: Replace a model that is there, drop trees of another training.
         forest: How the forest is trained.
@@ -215,20 +218,36 @@ class _FileSettings:
     forest: dict[str, Any] = field(default_factory=dict)
 
 
-def _lacking(frames: CorpusFrames, forest: OARFConfig | RWFConfig) -> Iterator[str]:
+def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) -> Iterator[str]:
+    """What is learned from, in sentences."""
+    for train, val in zip(frames.parts, validation.parts, strict=True):
+        yield f"training on {len(train)} frames of {train.corpus.path}, tuning on {len(val)}"
+    if measured := [str(part.corpus.path) for part in frames.parts if part.sensor != sensor]:
+        yield f"sensor {sensor} measures generated frames alone, those of {', '.join(measured)} stay as recorded"
+
+
+def _lacking(frames: JoinedFrames, forest: OARFConfig | RWFConfig) -> Iterator[str]:
     """What cannot be learned from training frames, in sentences.
 
     Raises:
-        UserError: They tell no joint.
+        UserError: A corpus has no training frames, or they tell no joint.
     """
-    is_told = frames.corpus.arrays("joint_state", frames.indices) != JointState.UNKNOWN
-    if not is_told.any():
-        raise UserError(f"{frames.corpus.path} cannot be trained on: its training frames tell no joints")
-    if untold := [name for name, told in zip(LABELS.joints, is_told.any(axis=0), strict=True) if not told]:
+    is_told = np.any([_joints_told(part) for part in frames.parts], axis=0)
+    if untold := [name for name, told in zip(LABELS.joints, is_told.tolist(), strict=True) if not told]:
         yield f"no training frame tells where these joints are, nothing is learned of them: {', '.join(untold)}"
-    has_objects = any(frames.corpus.info(int(number)).objects for number in frames.indices)
+    has_objects = any(part.corpus.info(int(number)).objects for part in frames.parts for number in part.indices)
     if isinstance(forest, OARFConfig) and forest.mode != "baseline" and not has_objects:
         yield f"no training frame shows an object: the mode {forest.mode} learns what the baseline learns"
+
+
+def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
+    """(n_joints,) bool, which joints any training frame of a corpus tells."""
+    if not len(frames):
+        raise UserError(f"{frames.corpus.path} has no frames of the split train")
+    is_told: NDArray[np.bool_] = frames.corpus.arrays("joint_state", frames.indices) != JointState.UNKNOWN
+    if not is_told.any():
+        raise UserError(f"{frames.corpus.path} cannot be trained on: its training frames tell no joints")
+    return np.asarray(is_told.any(axis=0))
 
 
 def _section(table: dict[str, Any], path: Path) -> dict[str, Any]:
@@ -256,13 +275,13 @@ def check_target(path: Path, overwrite: bool) -> None:
         raise UserError(f"{path} is there already; give --overwrite to replace it")
 
 
-def _scores(predictor: Any, validation: CorpusFrames, n_threads: int) -> dict[str, float] | None:
-    """Share of the known joints within 10 cm on the validation frames; None without any."""
-    if not len(validation):
-        return None
+def _scores(predictor: Any, validation: JoinedFrames, n_threads: int) -> dict[str, float] | None:
+    """Share of the known joints within 10 cm on the validation frames of all corpora; None without any."""
     contestant = replace(contestant_of("trained", predictor), classes=None)
-    truths = read_truths(validation.corpus, validation.indices)
-    results, _ = predict_frames(contestant, validation, truths, n_threads)
-    error = errors(results)
+    of_corpora = [np.empty(0)]
+    for part in filter(len, validation.parts):
+        results, _ = predict_frames(contestant, part, read_truths(part.corpus, part.indices), n_threads)
+        of_corpora.append(errors(results).ravel())
+    error = np.concatenate(of_corpora)
     error = error[~np.isnan(error)]
     return {"accuracy_10cm": round(float((error <= WITHIN_M).mean()), 6)} if len(error) else None

@@ -63,6 +63,11 @@ class Header:
         """Shards of the whole corpus."""
         return -(-self.n_frames // SHARD_FRAMES)
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a real camera measured its people: `import depth`, or objects put before them."""
+        return "import" in self.config or "into" in self.config
+
     @functools.cached_property
     def fields(self) -> dict[str, Field]:
         """The stored arrays by name."""

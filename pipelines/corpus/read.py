@@ -108,6 +108,24 @@ class Corpus:
         fx, fy, cx, cy = (float(v) for v in self.arrays("intrinsics", [index])[0])
         return Camera(self.header.width, self.header.height, fx, fy, cx, cy, self._record(index)[1])
 
+    def check_sensor(self, sensor: str | None) -> None:
+        """Makes sure that a sensor model may be applied to the depth; None and "ideal" always may.
+
+        Raises:
+            CorpusError: It is unknown, or would measure a second time what a real sensor has measured.
+        """
+        from synth.render.sensors import SENSOR_NAMES
+
+        if sensor is None:
+            return
+        if sensor not in SENSOR_NAMES:
+            raise CorpusError(f"sensor {sensor!r} is unknown; known are {', '.join(SENSOR_NAMES)}")
+        if self.header.is_recorded and sensor != "ideal":
+            raise CorpusError(
+                f"sensor={sensor!r} would be a second one: {self.path} holds recorded frames, "
+                "which are measured already; leave --sensor out"
+            )
+
     def arrays(self, name: str, indices: ArrayLike | None = None, sensor: str | None = None) -> np.ndarray:
         """One field of many frames.
 
@@ -200,15 +218,9 @@ class Corpus:
         return record
 
     def _sensed(self, sensor: str, index: int, depth: np.ndarray) -> np.ndarray:
-        from synth.render.sensors import SENSOR_NAMES, apply_sensor
+        from synth.render.sensors import apply_sensor
 
-        if sensor not in SENSOR_NAMES:
-            raise CorpusError(f"sensor {sensor!r} is unknown; known are {', '.join(SENSOR_NAMES)}")
-        if "into" in self.header.config and sensor != "ideal":
-            raise CorpusError(
-                f"sensor={sensor!r} would be a second one: {self.path} holds recorded people and objects "
-                "that were measured when put there; leave --sensor out"
-            )
+        self.check_sensor(sensor)
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
         return apply_sensor(sensor, depth, self.camera(index), rng)
 

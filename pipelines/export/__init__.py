@@ -74,10 +74,12 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
         Frames written.
 
     Raises:
-        UserError: The format is unknown, the folder is not empty, a package is missing, or the disk is full.
+        UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty, a package
+            is missing, or the disk is full.
     """
     if to not in EXPORTERS:
         raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
+    corpus.check_sensor(sensor)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"{out} holds files already; choose a new or an empty folder")
     parts = {split: corpus.split(split) for split in splits}

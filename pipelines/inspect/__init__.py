@@ -66,11 +66,15 @@ def inspect(
 
     Returns:
         What was written, the first contact sheet first.
+
+    Raises:
+        UserError: No frames to draw, or no such sensor for this corpus.
     """
     if n_frames < 1:
         raise UserError(f"frames={n_frames} must be at least 1")
     if len(corpus) == 0:
         raise UserError(f"{corpus.path} has no finished frame yet")
+    corpus.check_sensor(sensor)
     out.mkdir(parents=True, exist_ok=True)
     places = np.linspace(0, len(corpus) - 1, min(n_frames, len(corpus))).round().astype(int)
     numbers = corpus.indices[places]

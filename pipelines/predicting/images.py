@@ -54,9 +54,10 @@ def corpus_requests(folder: Path, numbers: Sequence[int], sensor: str | None) ->
     """Frames of a corpus, each a track of its own.
 
     Raises:
-        UserError: No such corpus or frame.
+        UserError: No such corpus or frame, or no sensor for it.
     """
     corpus = Corpus.open(folder)
+    corpus.check_sensor(sensor)
     for number in numbers:
         if number not in corpus.indices:
             raise UserError(f"frame {number} is not in {folder}, which has 0..{len(corpus) - 1}")

@@ -1,0 +1,71 @@
+"""Several corpora learned from together: opened, checked, their frames as one sequence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from forests.frames import DepthFrame, LabelTable
+from pipelines.corpus.read import Corpus
+from pipelines.corpus.sequence import LABELS, CorpusFrames
+from pipelines.errors import CorpusError
+
+
+@dataclass(frozen=True)
+class JoinedFrames:
+    """Frames of several corpora, one corpus after the other; image sizes and cameras may differ.
+
+    Attributes:
+        parts: Frames of each corpus.
+    """
+
+    parts: tuple[CorpusFrames, ...]
+
+    @property
+    def labels(self) -> LabelTable:
+        """What the label images mean, the same in all corpora."""
+        return LABELS
+
+    def __len__(self) -> int:
+        return sum(map(len, self.parts))
+
+    def __getitem__(self, place: int) -> DepthFrame:
+        if not 0 <= place < len(self):
+            raise IndexError(f"frame {place} is not in 0..{len(self) - 1}")
+        ends = np.cumsum([len(part) for part in self.parts])
+        which = int(np.searchsorted(ends, place, side="right"))
+        return self.parts[which][place - int(ends[which]) + len(self.parts[which])]
+
+
+def open_corpora(paths: Sequence[Path]) -> tuple[Corpus, ...]:
+    """Opens corpora, in the order given.
+
+    Raises:
+        CorpusError: One of them cannot be opened, or two are the same.
+    """
+    corpora = tuple(map(Corpus.open, paths))
+    first: dict[str, Path] = {}
+    for corpus in corpora:
+        other = first.setdefault(corpus.digest, corpus.path)
+        if other is not corpus.path:
+            raise CorpusError(f"{other} and {corpus.path} are the same corpus; name it once")
+    return corpora
+
+
+def digests_of(corpora: Sequence[Corpus]) -> str | list[str]:
+    """What a model tells of its corpora: the digest of one, a list of several in their order."""
+    digests = [corpus.digest for corpus in corpora]
+    return digests[0] if len(digests) == 1 else digests
+
+
+def sensors_of(corpora: Sequence[Corpus], sensor: str | None) -> tuple[str | None, ...]:
+    """The sensor model for each corpus: none for recorded ones if others are generated.
+
+    Raises:
+        CorpusError: An unknown sensor, or a second one for frames that are all recorded.
+    """
+    generated = [corpus for corpus in corpora if not corpus.header.is_recorded]
+    for corpus in generated or corpora:
+        corpus.check_sensor(sensor)
+    return tuple(None if generated and corpus.header.is_recorded else sensor for corpus in corpora)
