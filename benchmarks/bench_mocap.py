@@ -1,8 +1,10 @@
 """Poses a second from motion capture, how far limbs are off the source, and how placed poses keep the laws.
 
     python benchmarks/bench_mocap.py FOLDER [--bodies 30] [--seed 1]
+    python benchmarks/bench_mocap.py FOLDER --positions
 
 FOLDER holds BVH files; a trial in two conventions ("02_06_daz.bvh", "02_06_mb.bvh") is compared with itself.
+With --positions, poses read as if there were no T-pose are compared with those counted from it.
 """
 
 import argparse
@@ -19,7 +21,7 @@ from synth.bodies.kinematics import link_transforms
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.select import joint_places
-from synth.bodies.mocap.source import Source, read_source
+from synth.bodies.mocap.source import Source, read_source, read_source_from_positions
 from synth.bodies.poselib import FOOT_UP, PoseLibrary
 from synth.bodies.poses import seat_contact, seat_height_of
 from synth.bodies.poses_draft import landmarks_of
@@ -36,6 +38,18 @@ LIMBS = {
     "thigh": "hip_rotation",
     "shank": "knee_flexion",
 }
+PARTS = {
+    **{name: (link, 2) for name, link in LIMBS.items()},
+    "hand": ("wrist_deviation", 2),
+    "palm": ("wrist_deviation", 1),
+    "foot": ("ankle_inversion", 0),
+    "sole": ("ankle_inversion", 2),
+    "thorax": ("thorax_rotation", 2),
+    "thorax, heading": ("thorax_rotation", 0),
+    "head": ("head_rotation", 2),
+    "head, heading": ("head_rotation", 0),
+}
+"""Link and its axis by part of the body."""
 SKELETON = make_skeleton(Lengths.of_stature(1.7))
 
 
@@ -112,6 +126,28 @@ def show_conventions(files: list[Path], poses: list[Retargeted]) -> None:
         print(f"{a.name} and {b.name}: {joints},", ", ".join(f"{n} {v:.1f}" for n, v in apart.items()), "degrees")
 
 
+def show_positions(sources: list[Source], plain: list[Source], names: list[str]) -> None:
+    """Prints how far poses without the T-pose are from those with it: directions on our body, and joints."""
+    each: list[dict[str, NDArray[np.float64]]] = []
+    for source, other, name in zip(sources, plain, names, strict=True):
+        own, without = retarget(source), retarget(other)
+        is_open = ~source.is_t_pose
+        R, Q = our_axes(own)[is_open], our_axes(without)[is_open]
+        apart = {"pelvis": angle_between(own.root[:, :, 2], without.root[:, :, 2])[is_open]}
+        for part, (link, axis) in PARTS.items():
+            links = [LINK_IDX[link]] if link in LINK_IDX else [LINK_IDX[f"{s}_{link}"] for s in "lr"]
+            apart[part] = angle_between(R[:, links, :, axis], Q[:, links, :, axis]).ravel()
+        way = np.linalg.norm(joint_places(own) - joint_places(without), axis=2)[is_open]
+        apart |= {f"{joint} [cm]": 100.0 * way[:, k] for k, joint in enumerate(JOINT_NAMES)}
+        apart["all joints [cm]"] = 100.0 * way.ravel()
+        each.append(apart)
+        print(f"{name}: joints {np.median(way) * 100.0:.1f} cm (95 %: {np.percentile(way, 95) * 100.0:.1f})")
+    print(f"{'without T-pose, apart':22s} {'median':>7s} {'95 %':>7s}  [degrees], [cm]")
+    for part in each[0]:
+        way = np.concatenate([apart[part] for apart in each])
+        print(f"{part:22s} {np.median(way):7.1f} {np.percentile(way, 95):7.1f}")
+
+
 def show_placed(library: PoseLibrary, n_bodies: int, seed: int) -> None:
     """Puts each pose on one of a number of sampled people and prints the laws' figures."""
     rng = np.random.default_rng(seed)
@@ -176,9 +212,15 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--bodies", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--positions", action="store_true")
     args = parser.parse_args()
     files = sorted(args.folder.rglob("*.bvh"))
-    sources = [read_source(parse_bvh(path.read_text(encoding="utf-8"))) for path in files]
+    recordings = [parse_bvh(path.read_text(encoding="utf-8")) for path in files]
+    sources = [read_source(bvh) for bvh in recordings]
+    if args.positions:
+        plain = [read_source_from_positions(bvh) for bvh in recordings]
+        show_positions(sources, plain, [path.name for path in files])
+        return
     show_speed(sources)
     poses = [retarget(source) for source in sources]
     show_errors(sources, poses)

@@ -1,11 +1,13 @@
 """BVH files made from poses of our own skeleton, so that the truth of a recording is known."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from synth.bodies.kinematics import link_transforms
-from synth.bodies.mocap.bvh import END, parse_bvh, place_joints
+from synth.bodies.mocap.bvh import END, Bvh, parse_bvh, place_joints
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.7))
@@ -168,3 +170,22 @@ def rewritten(text: str, order: str = "ZXY", places: str = "", A: NDArray[np.flo
     lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(position)}", f"Frame Time: {bvh.frame_time}"]
     rows = np.concatenate(columns, axis=1)
     return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in rows)]) + "\n"
+
+
+def with_axes_anywhere(bvh: Bvh, rng: np.random.Generator) -> Bvh:
+    """The same motion by joints whose own axes point anywhere, so that the pose without turns is a tangle."""
+    position, rotation = place_joints(bvh, bvh.values)
+    own = Rotation.random(len(bvh.joints), rng).as_matrix()
+    turned = rotation @ own
+    joints, values = [], []
+    for j, joint in enumerate(bvh.joints):
+        above = own[joint.parent] if joint.parent >= 0 else np.eye(3)
+        x, y, z = above.T @ joint.offset
+        joints.append(replace(joint, offset=(x, y, z)))
+        local = np.swapaxes(turned[:, joint.parent], 1, 2) @ turned[:, j] if joint.parent >= 0 else turned[:, j]
+        order = "".join(name[0] for name in joint.channels if name.endswith("rotation"))
+        if any(name.endswith("position") for name in joint.channels):
+            values.append(position[:, j] if joint.parent < 0 else np.zeros((len(position), 3)))
+        if order:
+            values.append(Rotation.from_matrix(local).as_euler(order, degrees=True))
+    return replace(bvh, joints=tuple(joints), values=np.concatenate(values, axis=1))

@@ -1,10 +1,10 @@
 """Directions of limbs and turns of the trunk where no rest pose says what a joint's turn means.
 
 Limbs point from joint to joint. Pelvis, thorax, head and feet turn as their joints do; how they lie in their
-joints' axes is the average of the frames that show it.
+joints' axes is told by the pose without turns if its trunk is straight, else by lines between joints.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -13,14 +13,27 @@ from numpy.typing import NDArray
 from synth.bodies.mocap.bvh import Bvh, MocapError
 from synth.bodies.mocap.rest import SIDES
 
-UPRIGHT = np.radians(20.0)
-"""Spine and legs of who stands upright are this near to the vertical."""
 PLANTED = 0.02
 """A foot whose ankle is less than this above its usual lowest height is flat on the floor [m]."""
-SHORTEST_HAND = 0.03
-"""A joint nearer than this to the wrist does not tell where the hand points [m]."""
-_UP = np.array([0.0, 0.0, 1.0])
+SHORTEST = 0.03
+"""Joints nearer than this to each other do not tell where a hand, the spine or the head points [m]."""
+_NO_FINGER = ("thumb", "pollex")
+_NO_CROWN = ("eye", "jaw", "chin", "nose")
 _LIMBS = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+
+
+class Ways(NamedTuple):
+    """Ways beyond the joints that have roles, world [m]; 0 where the file has none.
+
+    Attributes:
+        hands: (n, 2, 3) from the wrists to the fingers.
+        spine: (n, 3) from the middle of the hips to the lowest joint of the spine.
+        crown: (n, 3) from the head's joint up.
+    """
+
+    hands: NDArray[np.float64]
+    spine: NDArray[np.float64]
+    crown: NDArray[np.float64]
 
 
 class Directions(NamedTuple):
@@ -54,7 +67,8 @@ class Directions(NamedTuple):
 def directions_of(
     position: NDArray[np.float64],
     rotation: NDArray[np.float64],
-    hands: NDArray[np.float64],
+    ways: Ways,
+    drawn: NDArray[np.float64] | None,
     place: dict[str, int],
 ) -> Directions:
     """Measures a motion.
@@ -62,7 +76,8 @@ def directions_of(
     Args:
         position: (n, n_roles, 3) world, z up [m].
         rotation: (n, n_roles, 3, 3) world; joints' own axes may point anywhere.
-        hands: (n, 2, 3) from the wrists to the fingers [m]; 0 where the file has none.
+        ways: What joints without a role tell.
+        drawn: (3, 3) rows: forward, left and up of the trunk in the pose without turns, if it is straight there.
         place: Column by role.
 
     Raises:
@@ -72,16 +87,16 @@ def directions_of(
     def way(start: str, end: str) -> NDArray[np.float64]:
         return position[:, place[end]] - position[:, place[start]]
 
-    ups, upright = _upright_frames(position, place)
-    pelvis = _turned(rotation[:, place["hips"]], _unit(way("r_hip", "l_hip")), ups, upright)
-    thorax = _turned(rotation[:, place["thorax"]], _unit(way("r_shoulder", "l_shoulder")), ups, upright)
-    head = _turned(rotation[:, place["head"]], thorax[:, :, 1], ups, upright)
+    pelvis, thorax, head = (
+        _trunk_turns(way, rotation, ways, place)
+        if drawn is None
+        else [rotation[:, place[role]] @ drawn.T for role in ("hips", "thorax", "head")]
+    )
     limb, clavicle, fingers, toes, sole = [], [], [], [], []
     for k, s in enumerate(SIDES):
         limb.append(np.stack([_unit(way(f"{s}_{start}", f"{s}_{end}")) for start, end in _LIMBS], axis=1))
         clavicle.append(np.einsum("nba,nb->na", thorax, way(f"{s}_clavicle", f"{s}_shoulder")))
-        has_hand = np.linalg.norm(hands[:, k], axis=1) > SHORTEST_HAND
-        fingers.append(_unit(np.where(has_hand[:, None], hands[:, k], limb[k][:, 1])))
+        fingers.append(_unit(_first_long(ways.hands[:, k], limb[k][:, 1])))
         ankle = rotation[:, place[f"{s}_ankle"]]
         foot = _turned_foot(ankle, way(f"{s}_ankle", f"{s}_toe"), position[:, place[f"{s}_ankle"], 2])
         toes.append(foot[:, :, 0])
@@ -100,64 +115,71 @@ def directions_of(
     )
 
 
-def hand_ways(bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 2, 3) from the wrists to the mean of the nearest joints of the fingers; 0 if there are none.
+def ways_of(bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64]) -> Ways:
+    """Finds fingers, spine and crown among a file's joints.
 
     Args:
         bvh: The file.
         joints: Index of the joint of each role.
-        position: (n, n_joints, 3) [m].
+        position: (n, n_joints, 3) world [m].
     """
-    out = np.zeros((len(position), 2, 3))
-    for k, s in enumerate(SIDES):
-        ways = position - position[:, joints[f"{s}_wrist"], None]
-        is_far = np.linalg.norm(ways, axis=2).mean(axis=0) > SHORTEST_HAND
-        knuckles = list(_knuckles(bvh, joints[f"{s}_wrist"], is_far))
-        if knuckles:
-            out[:, k] = ways[:, knuckles].mean(axis=1)
-    return out
+
+    def beyond(start: int, without: tuple[str, ...]) -> NDArray[np.float64]:
+        ways = position - position[:, start, None]
+        is_far = np.linalg.norm(ways, axis=2).mean(axis=0) > SHORTEST
+        ends = list(_joints_beyond(bvh, start, is_far, without))
+        return ways[:, ends].mean(axis=1) if ends else np.zeros((len(position), 3))
+
+    hips = 0.5 * (position[:, joints["l_hip"]] + position[:, joints["r_hip"]])
+    spine, joint = np.zeros_like(hips), joints["thorax"]
+    while joint not in (-1, joints["hips"]):
+        if np.linalg.norm(position[:, joint] - hips, axis=1).mean() > SHORTEST:
+            spine = position[:, joint] - hips
+        joint = bvh.joints[joint].parent
+    return Ways(
+        np.stack([beyond(joints[f"{s}_wrist"], _NO_FINGER) for s in SIDES], axis=1),
+        spine,
+        beyond(joints["head"], _NO_CROWN),
+    )
 
 
-def _knuckles(bvh: Bvh, joint: int, is_far: NDArray[np.bool_]) -> Iterator[int]:
-    """The first joints below one that are far enough from it, without thumbs."""
+def _joints_beyond(bvh: Bvh, joint: int, is_far: NDArray[np.bool_], without: tuple[str, ...]) -> Iterator[int]:
+    """The first joints below one that are far enough from it."""
     for child, other in enumerate(bvh.joints):
-        if other.parent != joint or "thumb" in other.name.lower():
+        if other.parent != joint or any(name in other.name.lower() for name in without):
             continue
         if is_far[child]:
             yield child
         else:
-            yield from _knuckles(bvh, child, is_far)
+            yield from _joints_beyond(bvh, child, is_far, without)
 
 
-def _upright_frames(
-    position: NDArray[np.float64], place: dict[str, int]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """(n, 3) where the trunk's up is, and (n,) in which frames that can be told.
+def _trunk_turns(
+    way: Callable[[str, str], NDArray[np.float64]],
+    rotation: NDArray[np.float64],
+    ways: Ways,
+    place: dict[str, int],
+) -> list[NDArray[np.float64]]:
+    """(n, 3, 3) of pelvis, thorax and head: left along hips and shoulders, up along the spine.
 
-    Those who stand upright; without any, those whose trunk is; without any, all, with the spine for up.
+    The head faces where the shoulders do on average.
     """
+    neck, head = way("thorax", "neck"), way("neck", "head")
+    pelvis = _turned(rotation[:, place["hips"]], way("r_hip", "l_hip"), _first_long(ways.spine, neck))
+    thorax = _turned(rotation[:, place["thorax"]], way("r_shoulder", "l_shoulder"), _first_long(neck, ways.spine))
+    crown = _first_long(ways.crown, head)
+    return [pelvis, thorax, _turned(rotation[:, place["head"]], thorax[:, :, 1], crown)]
 
-    def middle(role: str) -> NDArray[np.float64]:
-        return 0.5 * (position[:, place[f"l_{role}"]] + position[:, place[f"r_{role}"]])
 
-    spine = _unit(position[:, place["neck"]] - middle("hip"))
-    legs = _unit(middle("hip") - middle("ankle"))
-    is_tall = spine[:, 2] > np.cos(UPRIGHT)
-    stands = is_tall & (legs[:, 2] > np.cos(UPRIGHT))
-    if is_tall.any():
-        return np.broadcast_to(_UP, spine.shape), stands if stands.any() else is_tall
-    return spine, np.ones(len(spine), np.bool_)
+def _first_long(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.where(np.linalg.norm(first, axis=1, keepdims=True) > SHORTEST, first, second)
 
 
 def _turned(
-    rotation: NDArray[np.float64],
-    left: NDArray[np.float64],
-    up: NDArray[np.float64],
-    shows_up: NDArray[np.bool_],
+    rotation: NDArray[np.float64], left: NDArray[np.float64], up: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(n, 3, 3) turns of a part: forward, left and up are fixed to its joint where they are on average."""
-    own_left = _unit(np.einsum("nba,nb->na", rotation, left).mean(axis=0))
-    own_up = np.einsum("nba,nb->na", rotation[shows_up], up[shows_up]).mean(axis=0)
+    own_left, own_up = (_unit(np.einsum("nba,nb->na", rotation, _unit(v)).mean(axis=0)) for v in (left, up))
     own_up = _unit(own_up - (own_up @ own_left) * own_left)
     return rotation @ np.stack([np.cross(own_left, own_up), own_left, own_up], axis=1)
 

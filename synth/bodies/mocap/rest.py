@@ -21,6 +21,8 @@ LEG_SLACK = np.radians(12.0)
 """Legs of a T-pose are this upright."""
 ASKEW = np.radians(15.0)
 """Someone whose hips are turned less than this from an axis of the file faces along an axis."""
+STRAIGHT_TRUNK = np.radians(30.0)
+"""The parts of a straight spine and neck are this upright."""
 LEVEL = 0.3
 """Lowest joints of who stands are this near to 0, if the floor is at 0 [leg lengths]."""
 CLEAR = 0.5
@@ -79,6 +81,24 @@ def find_world(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[
     if scores[up] <= 0.0:
         raise MocapError("has no T-pose, and people who are upright too rarely to tell which way is up")
     return _level_axes(up)
+
+
+def straight_trunk(pose: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64] | None:
+    """(3, 3) rows: forward, left and up of a trunk that is straight and not twisted, in the file's axes, else None.
+
+    Args:
+        pose: (n_roles, 3) joints.
+        place: Column by role.
+    """
+    axes = _axes(pose, place)
+    if axes is None:
+        return None
+    hips = 0.5 * (pose[place["l_hip"]] + pose[place["r_hip"]])
+    thorax, neck, head = (pose[place[role]] for role in ("thorax", "neck", "head"))
+    spine = [(way, axes[2], STRAIGHT_TRUNK) for way in (thorax - hips, neck - thorax, head - neck)]
+    sides = [(pose[place[f"l_{role}"]] - pose[place[f"r_{role}"]], axes[1], ASKEW) for role in ("hip", "shoulder")]
+    is_straight = all(way @ axis > np.cos(slack) * np.linalg.norm(way) for way, axis, slack in spine + sides)
+    return axes if is_straight else None
 
 
 def _upright(

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.mocap.bvh import Bvh, MocapError, place_joints, rest_values
-from synth.bodies.mocap.positions import Directions, directions_of, hand_ways
-from synth.bodies.mocap.rest import SIDES, Rest, find_rest, find_world, is_t_pose, unit_of
+from synth.bodies.mocap.positions import Directions, directions_of, ways_of
+from synth.bodies.mocap.rest import Rest, find_rest, find_world, is_t_pose, straight_trunk, unit_of
 from synth.bodies.mocap.roles import Convention, joints_of
 
 
@@ -75,7 +75,7 @@ def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
     place = {role: k for k, role in enumerate(joints)}
     rest = find_rest(position[:, columns], place)
     if rest is None:
-        return _from_positions(bvh, joints, position[:-1], rotation[:-1])
+        return _from_positions(bvh, joints, position, rotation)
     return _from_turns(convention, place, rest, position[:, columns], rotation[:, columns])
 
 
@@ -90,20 +90,23 @@ def read_source_from_positions(bvh: Bvh, custom: Convention | None = None) -> So
         MocapError: Joints are missing or coincide, or nobody is upright.
     """
     _, joints = joints_of(bvh, custom)
-    return _from_positions(bvh, joints, *place_joints(bvh, bvh.values))
+    return _from_positions(bvh, joints, *place_joints(bvh, np.concatenate([bvh.values, rest_values(bvh)])))
 
 
 def _from_positions(
     bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64], rotation: NDArray[np.float64]
 ) -> Source:
+    """Motion without a T-pose; the last row of positions and rotations is the pose without turns."""
     columns = list(joints.values())
     place = {role: k for k, role in enumerate(joints)}
+    drawn = straight_trunk(position[-1, columns], place)
+    position, rotation = position[:-1], rotation[:-1]
     world = find_world(position[:, columns], place)
     unit = unit_of(position[0, columns], place)
-    position, rotation = position @ world.T * unit, world @ rotation
-    hands = hand_ways(bvh, joints, position)
-    position, rotation = position[:, columns], rotation[:, columns]
-    directions = directions_of(position, rotation, hands, place)
+    position, rotation = position @ world.T * unit, world @ rotation[:, columns]
+    ways = ways_of(bvh, joints, position)
+    position = position[:, columns]
+    directions = directions_of(position, rotation, ways, drawn, place)
     return Source(unit, place, position, *directions, is_t_pose(position, place), has_rest=False)
 
 
