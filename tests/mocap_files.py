@@ -147,29 +147,20 @@ def rewritten(text: str, order: str = "ZXY", places: str = "", A: NDArray[np.flo
         for j, joint in enumerate(bvh.joints)
     ]
     turns = [Rotation.from_matrix(A @ turn @ A.T).as_euler(order, degrees=True) for turn in local]
-    columns, lines, depth = [], ["HIERARCHY"], []
+    joints, columns = [], []
     for j, joint in enumerate(bvh.joints):
-        while depth and depth[-1] != joint.parent:
-            depth.pop()
-            lines.append("}")
+        x, y, z = A @ np.array(joint.offset)
         is_end = joint.name.endswith(END)
-        word = "End Site" if is_end else f"{'JOINT' if depth else 'ROOT'} {joint.name}"
-        offset = A @ np.array(joint.offset)
-        lines += [word, "{", "OFFSET " + " ".join(f"{value:.6f}" for value in offset)]
-        depth.append(j)
-        if is_end:
-            continue
-        has_place = joint.parent < 0 or places
-        moves = "Xposition Yposition Zposition " if has_place else ""
-        lines.append(f"CHANNELS {6 if has_place else 3} {moves}{' '.join(f'{axis}rotation' for axis in order)}")
+        moves = "XYZ" if (joint.parent < 0 or places) and not is_end else ""
+        channels = (*(f"{axis}position" for axis in moves), *(f"{axis}rotation" for axis in order if not is_end))
+        joints.append(replace(joint, offset=(x, y, z), channels=channels))
         if joint.parent < 0:
             columns.append(position[:, j] @ A.T)
-        elif places:
-            columns.append(np.tile(offset * (places == "offsets"), (len(position), 1)))
-        columns.append(turns[j])
-    lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(position)}", f"Frame Time: {bvh.frame_time}"]
-    rows = np.concatenate(columns, axis=1)
-    return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in rows)]) + "\n"
+        elif moves:
+            columns.append(np.tile(np.array([x, y, z]) * (places == "offsets"), (len(position), 1)))
+        if not is_end:
+            columns.append(turns[j])
+    return text_of(replace(bvh, joints=tuple(joints), values=np.concatenate(columns, axis=1)))
 
 
 def with_axes_anywhere(bvh: Bvh, rng: np.random.Generator) -> Bvh:
@@ -189,3 +180,19 @@ def with_axes_anywhere(bvh: Bvh, rng: np.random.Generator) -> Bvh:
         if order:
             values.append(Rotation.from_matrix(local).as_euler(order, degrees=True))
     return replace(bvh, joints=tuple(joints), values=np.concatenate(values, axis=1))
+
+
+def text_of(bvh: Bvh) -> str:
+    """A BVH file of a recording."""
+    lines, depth = ["HIERARCHY"], []
+    for j, joint in enumerate(bvh.joints):
+        while depth and depth[-1] != joint.parent:
+            depth.pop()
+            lines.append("}")
+        word = "End Site" if joint.name.endswith(END) else f"{'JOINT' if depth else 'ROOT'} {joint.name}"
+        lines += [word, "{", "OFFSET " + " ".join(f"{value:.6f}" for value in joint.offset)]
+        if joint.channels:
+            lines.append(f"CHANNELS {len(joint.channels)} {' '.join(joint.channels)}")
+        depth.append(j)
+    lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(bvh.values)}", f"Frame Time: {bvh.frame_time}"]
+    return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in bvh.values)]) + "\n"

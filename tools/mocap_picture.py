@@ -140,7 +140,8 @@ def main() -> None:
     rows = np.sort(rng.permutation(np.flatnonzero(is_wanted))[: args.n])
     files = {path.name: path for path in args.folder.rglob("*.bvh")}
     needed = {library.trials[int(library.trial[row])].file for row in rows}
-    sources = {name: read_source(parse_bvh(files[name].read_text(encoding="utf-8"))) for name in needed}
+    recordings = {name: parse_bvh(files[name].read_text(encoding="utf-8-sig")) for name in needed}
+    sources = {name: read_source(bvh) for name, bvh in recordings.items()}
     pairs = [image for row in rows if (image := pair_of(library, int(row), sources, args.seed)) is not None]
     print(f"{len(pairs)} of {len(rows)} poses fit the bodies drawn")
     pairs += [np.full_like(pairs[0], 25)] * (-len(pairs) % 4)

@@ -4,7 +4,7 @@ Limbs point from joint to joint. Pelvis, thorax, head and feet turn as their joi
 joints' axes is told by the pose without turns if its trunk is straight, else by lines between joints.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from synth.bodies.mocap.bvh import Bvh, MocapError
 from synth.bodies.mocap.rest import SIDES
 
+UPRIGHT = np.radians(20.0)
+"""Trunk and legs of who stands upright are this near to the vertical."""
 PLANTED = 0.02
 """A foot whose ankle is less than this above its usual lowest height is flat on the floor [m]."""
 SHORTEST = 0.03
@@ -27,12 +29,10 @@ class Ways(NamedTuple):
 
     Attributes:
         hands: (n, 2, 3) from the wrists to the fingers.
-        spine: (n, 3) from the middle of the hips to the lowest joint of the spine.
         crown: (n, 3) from the head's joint up.
     """
 
     hands: NDArray[np.float64]
-    spine: NDArray[np.float64]
     crown: NDArray[np.float64]
 
 
@@ -88,7 +88,7 @@ def directions_of(
         return position[:, place[end]] - position[:, place[start]]
 
     pelvis, thorax, head = (
-        _trunk_turns(way, rotation, ways, place)
+        _trunk_turns(position, rotation, ways.crown, place)
         if drawn is None
         else [rotation[:, place[role]] @ drawn.T for role in ("hips", "thorax", "head")]
     )
@@ -116,7 +116,7 @@ def directions_of(
 
 
 def ways_of(bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64]) -> Ways:
-    """Finds fingers, spine and crown among a file's joints.
+    """Finds fingers and crown among a file's joints.
 
     Args:
         bvh: The file.
@@ -130,17 +130,8 @@ def ways_of(bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64]) -> 
         ends = list(_joints_beyond(bvh, start, is_far, without))
         return ways[:, ends].mean(axis=1) if ends else np.zeros((len(position), 3))
 
-    hips = 0.5 * (position[:, joints["l_hip"]] + position[:, joints["r_hip"]])
-    spine, joint = np.zeros_like(hips), joints["thorax"]
-    while joint not in (-1, joints["hips"]):
-        if np.linalg.norm(position[:, joint] - hips, axis=1).mean() > SHORTEST:
-            spine = position[:, joint] - hips
-        joint = bvh.joints[joint].parent
-    return Ways(
-        np.stack([beyond(joints[f"{s}_wrist"], _NO_FINGER) for s in SIDES], axis=1),
-        spine,
-        beyond(joints["head"], _NO_CROWN),
-    )
+    hands = np.stack([beyond(joints[f"{s}_wrist"], _NO_FINGER) for s in SIDES], axis=1)
+    return Ways(hands, beyond(joints["head"], _NO_CROWN))
 
 
 def _joints_beyond(bvh: Bvh, joint: int, is_far: NDArray[np.bool_], without: tuple[str, ...]) -> Iterator[int]:
@@ -155,20 +146,30 @@ def _joints_beyond(bvh: Bvh, joint: int, is_far: NDArray[np.bool_], without: tup
 
 
 def _trunk_turns(
-    way: Callable[[str, str], NDArray[np.float64]],
+    position: NDArray[np.float64],
     rotation: NDArray[np.float64],
-    ways: Ways,
+    crown: NDArray[np.float64],
     place: dict[str, int],
 ) -> list[NDArray[np.float64]]:
-    """(n, 3, 3) of pelvis, thorax and head: left along hips and shoulders, up along the spine.
+    """(n, 3, 3) of pelvis, thorax and head: left along hips and shoulders, up along the spine and to the crown.
 
-    The head faces where the shoulders do on average.
+    The pelvis is upright, as the spine is, in those who stand upright; the head faces where the shoulders do on
+    average.
     """
-    neck, head = way("thorax", "neck"), way("neck", "head")
-    pelvis = _turned(rotation[:, place["hips"]], way("r_hip", "l_hip"), _first_long(ways.spine, neck))
-    thorax = _turned(rotation[:, place["thorax"]], way("r_shoulder", "l_shoulder"), _first_long(neck, ways.spine))
-    crown = _first_long(ways.crown, head)
-    return [pelvis, thorax, _turned(rotation[:, place["head"]], thorax[:, :, 1], crown)]
+
+    def at(role: str) -> NDArray[np.float64]:
+        return position[:, place[role]]
+
+    hips, ankles = (0.5 * (at(f"l_{role}") + at(f"r_{role}")) for role in ("hip", "ankle"))
+    neck = at("neck") - hips
+    stands = (_unit(neck)[:, 2] > np.cos(UPRIGHT)) & (_unit(hips - ankles)[:, 2] > np.cos(UPRIGHT))
+    shown = stands if stands.any() else np.ones_like(stands)
+    spine = _first_long(at("thorax") - hips, neck)
+    pelvis = _turned(rotation[:, place["hips"]], at("l_hip") - at("r_hip"), spine, shown)
+    across, ribs = at("l_shoulder") - at("r_shoulder"), _first_long(at("neck") - at("thorax"), neck)
+    thorax = _turned(rotation[:, place["thorax"]], across, ribs)
+    up = _first_long(crown, at("head") - at("thorax"))
+    return [pelvis, thorax, _turned(rotation[:, place["head"]], thorax[:, :, 1], up)]
 
 
 def _first_long(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -176,10 +177,14 @@ def _first_long(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDAr
 
 
 def _turned(
-    rotation: NDArray[np.float64], left: NDArray[np.float64], up: NDArray[np.float64]
+    rotation: NDArray[np.float64],
+    left: NDArray[np.float64],
+    up: NDArray[np.float64],
+    shows_up: NDArray[np.bool_] | slice = slice(None),
 ) -> NDArray[np.float64]:
     """(n, 3, 3) turns of a part: forward, left and up are fixed to its joint where they are on average."""
-    own_left, own_up = (_unit(np.einsum("nba,nb->na", rotation, _unit(v)).mean(axis=0)) for v in (left, up))
+    own_left = _unit(np.einsum("nba,nb->na", rotation, _unit(left)).mean(axis=0))
+    own_up = _unit(np.einsum("nba,nb->na", rotation[shows_up], _unit(up)[shows_up]).mean(axis=0))
     own_up = _unit(own_up - (own_up @ own_left) * own_left)
     return rotation @ np.stack([np.cross(own_left, own_up), own_left, own_up], axis=1)
 
