@@ -142,9 +142,13 @@ def show_positions(recordings: list[Bvh], sources: list[Source]) -> None:
             differences(own, [read_source_from_positions(given[k]) for k in rows])
             for given in (recordings, anywhere)
         ]
-        print(f"{naming}, {len(rows)} files{'':12s} trunk straight     axes anywhere  median (95 %), [degrees], [cm]")
+        print(
+            f"{naming}, {len(rows)} files{'':12s} trunk straight     axes anywhere  median (95 %), [degrees], [cm]"
+        )
         for part in columns[0]:
-            figures = [f"{np.median(way):7.1f} ({np.percentile(way, 95):5.1f})" for way in (c[part] for c in columns)]
+            figures = [
+                f"{np.median(way):7.1f} ({np.percentile(way, 95):5.1f})" for way in (c[part] for c in columns)
+            ]
             print(f"{part:30s}", *figures, sep="  ")
 
 

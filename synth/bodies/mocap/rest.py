@@ -84,7 +84,7 @@ def find_world(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[
 
 
 def straight_trunk(pose: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64] | None:
-    """(3, 3) rows: forward, left and up of a trunk that is straight and not twisted, in the file's axes, else None.
+    """(3, 3) rows: forward, left and up of a trunk, in the file's axes, if it is straight and not twisted.
 
     Args:
         pose: (n_roles, 3) joints.

@@ -11,11 +11,9 @@ from synth.bodies.mocap.rest import Rest, find_rest, find_world, is_t_pose, stra
 from synth.bodies.mocap.roles import Convention, joints_of
 
 
-
 @dataclass(frozen=True)
 class Source:
-    """A motion in metres and z up. Directions are unit vectors, turns are from the rest pose,
-    or, without one, from the average of the frames in which the person is upright.
+    """A motion in metres and z up. Directions are unit vectors, turns are from a T-pose or what stands in for it.
 
     Attributes:
         unit: Size of the file's unit [m].
