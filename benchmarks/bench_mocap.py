@@ -1,11 +1,15 @@
 """Poses a second from motion capture, how far limbs are off the source, and how placed poses keep the laws.
 
     python benchmarks/bench_mocap.py FOLDER [--bodies 30] [--seed 1]
+    python benchmarks/bench_mocap.py FOLDER --positions
 
 FOLDER holds BVH files; a trial in two conventions ("02_06_daz.bvh", "02_06_mb.bvh") is compared with itself.
+With --positions, poses read as if there were no T-pose are compared with those counted from it: with the trunk as
+the pose without turns draws it, and from joints whose axes point anywhere.
 """
 
 import argparse
+import sys
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -13,13 +17,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 from pipelines.importing.mocap import MocapSettings, import_mocap, trial_and_subject
 from synth.bodies.body import Pose
 from synth.bodies.kinematics import link_transforms
-from synth.bodies.mocap.bvh import parse_bvh
+from synth.bodies.mocap.bvh import Bvh, parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
+from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
-from synth.bodies.mocap.source import Source, read_source
+from synth.bodies.mocap.source import Source, read_source, read_source_from_positions
 from synth.bodies.poselib import FOOT_UP, PoseLibrary
 from synth.bodies.poses import seat_contact, seat_height_of
 from synth.bodies.poses_draft import landmarks_of
@@ -29,6 +36,7 @@ from synth.bodies.skeleton import LINK_IDX, Lengths, make_skeleton
 from synth.bodies.skin import make_body
 from synth.bodies.skinning import pose_vertices
 from synth.vocabulary import JOINT_NAMES
+from tests.mocap_files import with_axes_anywhere
 
 LIMBS = {
     "upper_arm": "shoulder_rotation",
@@ -36,6 +44,18 @@ LIMBS = {
     "thigh": "hip_rotation",
     "shank": "knee_flexion",
 }
+PARTS = {
+    **{name: (link, 2) for name, link in LIMBS.items()},
+    "hand": ("wrist_deviation", 2),
+    "palm": ("wrist_deviation", 1),
+    "foot": ("ankle_inversion", 0),
+    "sole": ("ankle_inversion", 2),
+    "thorax": ("thorax_rotation", 2),
+    "thorax, forward": ("thorax_rotation", 0),
+    "head": ("head_rotation", 2),
+    "head, forward": ("head_rotation", 0),
+}
+"""Link and its axis by part of the body."""
 SKELETON = make_skeleton(Lengths.of_stature(1.7))
 
 
@@ -112,6 +132,43 @@ def show_conventions(files: list[Path], poses: list[Retargeted]) -> None:
         print(f"{a.name} and {b.name}: {joints},", ", ".join(f"{n} {v:.1f}" for n, v in apart.items()), "degrees")
 
 
+def show_positions(recordings: list[Bvh], sources: list[Source]) -> None:
+    """Prints how far poses read without the T-pose are from those with it, per way of naming and of drawing."""
+    anywhere = [with_axes_anywhere(bvh, np.random.default_rng(k)) for k, bvh in enumerate(recordings)]
+    for naming in sorted({joints_of(bvh)[0].name for bvh in recordings}):
+        rows = [k for k, bvh in enumerate(recordings) if joints_of(bvh)[0].name == naming]
+        own = [sources[k] for k in rows]
+        columns = [
+            differences(own, [read_source_from_positions(given[k]) for k in rows])
+            for given in (recordings, anywhere)
+        ]
+        print(
+            f"{naming}, {len(rows)} files{'':12s} trunk straight     axes anywhere  median (95 %), [degrees], [cm]"
+        )
+        for part in columns[0]:
+            figures = [
+                f"{np.median(way):7.1f} ({np.percentile(way, 95):5.1f})" for way in (c[part] for c in columns)
+            ]
+            print(f"{part:30s}", *figures, sep="  ")
+
+
+def differences(sources: list[Source], others: list[Source]) -> dict[str, NDArray[np.float64]]:
+    """By part of our body and by joint: how far two readings of the same motions are apart [degrees], [cm]."""
+    each: list[dict[str, NDArray[np.float64]]] = []
+    for source, other in zip(sources, others, strict=True):
+        own, without = retarget(source), retarget(other)
+        is_open = ~source.is_t_pose
+        R, Q = our_axes(own)[is_open], our_axes(without)[is_open]
+        apart = {"pelvis": angle_between(own.root[:, :, 2], without.root[:, :, 2])[is_open]}
+        for part, (link, axis) in PARTS.items():
+            links = [LINK_IDX[link]] if link in LINK_IDX else [LINK_IDX[f"{s}_{link}"] for s in "lr"]
+            apart[part] = angle_between(R[:, links, :, axis], Q[:, links, :, axis]).ravel()
+        way = 100.0 * np.linalg.norm(joint_places(own) - joint_places(without), axis=2)[is_open]
+        each.append(apart | {f"joint {name}": way[:, k] for k, name in enumerate(JOINT_NAMES)})
+        each[-1]["all joints"] = way.ravel()
+    return {part: np.concatenate([apart[part] for apart in each]) for part in each[0]}
+
+
 def show_placed(library: PoseLibrary, n_bodies: int, seed: int) -> None:
     """Puts each pose on one of a number of sampled people and prints the laws' figures."""
     rng = np.random.default_rng(seed)
@@ -176,9 +233,14 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--bodies", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--positions", action="store_true")
     args = parser.parse_args()
     files = sorted(args.folder.rglob("*.bvh"))
-    sources = [read_source(parse_bvh(path.read_text(encoding="utf-8"))) for path in files]
+    recordings = [parse_bvh(path.read_text(encoding="utf-8")) for path in files]
+    sources = [read_source(bvh) for bvh in recordings]
+    if args.positions:
+        show_positions(recordings, sources)
+        return
     show_speed(sources)
     poses = [retarget(source) for source in sources]
     show_errors(sources, poses)

@@ -1,11 +1,13 @@
 """BVH files made from poses of our own skeleton, so that the truth of a recording is known."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from synth.bodies.kinematics import link_transforms
-from synth.bodies.mocap.bvh import END, parse_bvh, place_joints
+from synth.bodies.mocap.bvh import END, Bvh, parse_bvh, place_joints
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.7))
@@ -145,26 +147,52 @@ def rewritten(text: str, order: str = "ZXY", places: str = "", A: NDArray[np.flo
         for j, joint in enumerate(bvh.joints)
     ]
     turns = [Rotation.from_matrix(A @ turn @ A.T).as_euler(order, degrees=True) for turn in local]
-    columns, lines, depth = [], ["HIERARCHY"], []
+    joints, columns = [], []
+    for j, joint in enumerate(bvh.joints):
+        x, y, z = A @ np.array(joint.offset)
+        is_end = joint.name.endswith(END)
+        moves = "XYZ" if (joint.parent < 0 or places) and not is_end else ""
+        channels = (*(f"{axis}position" for axis in moves), *(f"{axis}rotation" for axis in order if not is_end))
+        joints.append(replace(joint, offset=(x, y, z), channels=channels))
+        if joint.parent < 0:
+            columns.append(position[:, j] @ A.T)
+        elif moves:
+            columns.append(np.tile(np.array([x, y, z]) * (places == "offsets"), (len(position), 1)))
+        if not is_end:
+            columns.append(turns[j])
+    return text_of(replace(bvh, joints=tuple(joints), values=np.concatenate(columns, axis=1)))
+
+
+def with_axes_anywhere(bvh: Bvh, rng: np.random.Generator) -> Bvh:
+    """The same motion by joints whose own axes point anywhere, so that the pose without turns is a tangle."""
+    position, rotation = place_joints(bvh, bvh.values)
+    own = Rotation.random(len(bvh.joints), rng).as_matrix()
+    turned = rotation @ own
+    joints, values = [], []
+    for j, joint in enumerate(bvh.joints):
+        above = own[joint.parent] if joint.parent >= 0 else np.eye(3)
+        x, y, z = above.T @ joint.offset
+        joints.append(replace(joint, offset=(x, y, z)))
+        local = np.swapaxes(turned[:, joint.parent], 1, 2) @ turned[:, j] if joint.parent >= 0 else turned[:, j]
+        order = "".join(name[0] for name in joint.channels if name.endswith("rotation"))
+        if any(name.endswith("position") for name in joint.channels):
+            values.append(position[:, j] if joint.parent < 0 else np.zeros((len(position), 3)))
+        if order:
+            values.append(Rotation.from_matrix(local).as_euler(order, degrees=True))
+    return replace(bvh, joints=tuple(joints), values=np.concatenate(values, axis=1))
+
+
+def text_of(bvh: Bvh) -> str:
+    """A BVH file of a recording."""
+    lines, depth = ["HIERARCHY"], []
     for j, joint in enumerate(bvh.joints):
         while depth and depth[-1] != joint.parent:
             depth.pop()
             lines.append("}")
-        is_end = joint.name.endswith(END)
-        word = "End Site" if is_end else f"{'JOINT' if depth else 'ROOT'} {joint.name}"
-        offset = A @ np.array(joint.offset)
-        lines += [word, "{", "OFFSET " + " ".join(f"{value:.6f}" for value in offset)]
+        word = "End Site" if joint.name.endswith(END) else f"{'JOINT' if depth else 'ROOT'} {joint.name}"
+        lines += [word, "{", "OFFSET " + " ".join(f"{value:.6f}" for value in joint.offset)]
+        if joint.channels:
+            lines.append(f"CHANNELS {len(joint.channels)} {' '.join(joint.channels)}")
         depth.append(j)
-        if is_end:
-            continue
-        has_place = joint.parent < 0 or places
-        moves = "Xposition Yposition Zposition " if has_place else ""
-        lines.append(f"CHANNELS {6 if has_place else 3} {moves}{' '.join(f'{axis}rotation' for axis in order)}")
-        if joint.parent < 0:
-            columns.append(position[:, j] @ A.T)
-        elif places:
-            columns.append(np.tile(offset * (places == "offsets"), (len(position), 1)))
-        columns.append(turns[j])
-    lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(position)}", f"Frame Time: {bvh.frame_time}"]
-    rows = np.concatenate(columns, axis=1)
-    return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in rows)]) + "\n"
+    lines += ["}"] * len(depth) + ["MOTION", f"Frames: {len(bvh.values)}", f"Frame Time: {bvh.frame_time}"]
+    return "\n".join([*lines, *(" ".join(f"{value:.6f}" for value in row) for row in bvh.values)]) + "\n"

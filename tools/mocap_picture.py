@@ -49,7 +49,7 @@ def camera_at(azimuth: float, height: float) -> NDArray[np.float64]:
 
 
 def with_straight_rest(source: Source, frame: int) -> NDArray[np.float64]:
-    """(n_roles, 3) joints of a frame, each limb as it has turned since the T-pose: what is retargeted."""
+    """(n_roles, 3) joints of a frame, each limb as it is retargeted: turned since the T-pose, if there is one."""
     old, points = source.position[frame], source.position[frame].copy()
     for k, side in enumerate("lr"):
         for limb, (start, end) in enumerate(
@@ -101,8 +101,8 @@ def seat_under(body: Body, pose: Pose, height: float) -> RenderObject:
     return RenderObject(stool.mesh, OCCLUDER_CODE["chair"], 1, translation(x, y, 0.0))
 
 
-def pair_of(library: PoseLibrary, row: int, sources: dict[str, Source], seed: int) -> NDArray[np.uint8] | None:
-    """Recording and body of one pose; None if it does not fit the body drawn."""
+def pair_of(library: PoseLibrary, row: int, source: Source, frame: int, seed: int) -> NDArray[np.uint8] | None:
+    """Recording and body of one pose, the source's given frame; None if it does not fit the body drawn."""
     rng = np.random.default_rng([seed, row])
     body = make_body(dressed_to_sit(sample_body(rng, 0.15)))
     height = min(max(seat_height_of(body), 0.36), 0.6) if library.is_sitting[row] else None
@@ -113,7 +113,7 @@ def pair_of(library: PoseLibrary, row: int, sources: dict[str, Source], seed: in
     trial = library.trials[int(library.trial[row])]
     azimuth = float(rng.uniform(-1.2, 1.2))
     T = camera_at(azimuth, 0.85)
-    left = stick_figure(sources[trial.file], int(library.frame[row]), T)
+    left = stick_figure(source, frame, T)
     image = np.hstack([left, body_picture(posed_mesh(body, pose), objects, T)])
     label = f"{trial.name} {int(library.frame[row])}"
     cv2.putText(image, label, (4, 12), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (255, 255, 255), 1, cv2.LINE_AA)
@@ -140,8 +140,14 @@ def main() -> None:
     rows = np.sort(rng.permutation(np.flatnonzero(is_wanted))[: args.n])
     files = {path.name: path for path in args.folder.rglob("*.bvh")}
     needed = {library.trials[int(library.trial[row])].file for row in rows}
-    sources = {name: read_source(parse_bvh(files[name].read_text(encoding="utf-8"))) for name in needed}
-    pairs = [image for row in rows if (image := pair_of(library, int(row), sources, args.seed)) is not None]
+    recordings = {name: parse_bvh(files[name].read_text(encoding="utf-8-sig")) for name in needed}
+    sources = {name: read_source(bvh) for name, bvh in recordings.items()}
+    pairs = []
+    for row in rows:
+        file = library.trials[int(library.trial[row])].file
+        frame = int(np.searchsorted(recordings[file].frame, library.frame[row]))
+        pairs.append(pair_of(library, int(row), sources[file], frame, args.seed))
+    pairs = [image for image in pairs if image is not None]
     print(f"{len(pairs)} of {len(rows)} poses fit the bodies drawn")
     pairs += [np.full_like(pairs[0], 25)] * (-len(pairs) % 4)
     cv2.imwrite(str(args.out), np.vstack([np.hstack(pairs[k : k + 4]) for k in range(0, len(pairs), 4)]))

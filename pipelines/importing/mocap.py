@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from pipelines.errors import UserError
 from pipelines.settings import read_toml
-from synth.bodies.mocap.bvh import MocapError, parse_bvh
+from synth.bodies.mocap.bvh import Bvh, MocapError, parse_bvh
 from synth.bodies.mocap.ground import Support, find_support
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import Convention
@@ -216,18 +216,22 @@ def _read(
         if recording.trial.name == name:
             raise MocapError(f"is trial {name} again, which {recording.trial.file} gave already")
     bvh = parse_bvh(path.read_text(encoding="utf-8-sig"))
-    if len(bvh.values) < bvh.n_promised:
-        log.warning("%s was cut: it has %d of %d frames", path, len(bvh.values), bvh.n_promised)
-    step = max(1, round(1.0 / (FRAMES_A_SECOND * bvh.frame_time)))
-    taken = replace(bvh, frame_time=step * bvh.frame_time, values=bvh.values[::step])
+    n_frames = len(bvh.values) + bvh.n_broken
+    if n_frames < bvh.n_promised:
+        log.warning("%s was cut: it has %d of %d frames", path, n_frames, bvh.n_promised)
+    if bvh.n_broken:
+        log.warning("%s: NaN or infinity in %d of %d frames, which are dropped", path, bvh.n_broken, n_frames)
+    taken = _thinned(bvh)
     source = read_source(taken, custom)
+    if not source.has_rest:
+        log.info("%s has no T-pose: limb directions are taken from joint positions", path)
     poses, support = retarget(source), find_support(source, taken.frame_time)
     places = joint_places(poses)
     is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
     rows = unlike_poses(places, is_open, settings.distance)
     trial = Trial(name, subject, split_of(subject, given, settings.seed), path.name)
     return Recording(
-        _library_of(trial, poses, support, step, settings).taken(rows),
+        _library_of(trial, poses, support, taken.frame, settings).taken(rows),
         places[rows],
         len(is_open),
         int(source.is_t_pose.sum()),
@@ -235,8 +239,17 @@ def _read(
     )
 
 
+def _thinned(bvh: Bvh) -> Bvh:
+    """Every second, third, ... frame of a fast recording; those left out are counted with."""
+    step = max(1, round(1.0 / (FRAMES_A_SECOND * bvh.frame_time)))
+    rows = np.flatnonzero(bvh.frame % step == 0)
+    if not len(rows):
+        raise MocapError(f"has NaN or infinity in every frame of {FRAMES_A_SECOND:.0f} a second")
+    return replace(bvh, frame_time=step * bvh.frame_time, values=bvh.values[rows], frame=bvh.frame[rows])
+
+
 def _library_of(
-    trial: Trial, poses: Retargeted, support: Support, step: int, settings: MocapSettings
+    trial: Trial, poses: Retargeted, support: Support, frame: NDArray[np.int64], settings: MocapSettings
 ) -> PoseLibrary:
     n = len(poses.angles)
     feet = np.where(support.is_flat, FOOT_FLAT, np.where(support.is_down, FOOT_DOWN, FOOT_UP))
@@ -248,7 +261,7 @@ def _library_of(
         is_sitting=support.is_sitting,
         feet=feet.astype(np.uint8),
         trial=np.zeros(n, dtype=np.int32),
-        frame=step * np.arange(n, dtype=np.int32),
+        frame=frame.astype(np.int32),
         settings={"distance": settings.distance, "seed": settings.seed},
     )
 

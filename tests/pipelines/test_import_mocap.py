@@ -1,6 +1,7 @@
 """undergrowth import mocap: what is usable is imported, what is not is listed, splits stay apart."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.poselib import read_library
-from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root
+from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root, with_axes_anywhere
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "mocap"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"needs recordings in {DATA}")
@@ -45,7 +46,8 @@ def folder(tmp_path_factory):
     (root / "a_text.bvh").write_text("once upon a time")
     (root / "b_bytes.bvh").write_bytes(bytes(range(256)))
     (root / "c_joints.bvh").write_text(good.replace("LeftUpLeg", "Thigh"))
-    (root / "d_nan.bvh").write_text(good.rstrip().rpartition(" ")[0] + " nan\n")
+    head, _, tail = good.partition("Frame Time: 0.033333\n")
+    (root / "d_nan.bvh").write_text(f"{head}Frame Time: 0.033333\n" + re.sub(r"^\S+", "nan", tail, flags=re.M))
     (root / "e_zero.bvh").write_text(good[: good.index("Frames:")] + "Frames: 0\nFrame Time: 0.03\n")
     (root / "f_cut.bvh").write_text(good[: good.index("Frame Time") + 20])
     (root / "g_empty.bvh").write_text("")
@@ -67,7 +69,7 @@ def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, c
         ("01_01_again.bvh", "is trial 01_01 again, which 01_01.bvh gave already"),
         ("a_text.bvh", "is no BVH file"),
         ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
-        ("d_nan.bvh", "frame 40 holds NaN"), ("e_zero.bvh", "has 0 frames"),
+        ("d_nan.bvh", "has no frame without NaN"), ("e_zero.bvh", "has 0 frames"),
         ("f_cut.bvh", "has no whole line of values"), ("g_empty.bvh", "is no BVH file"),
     ]:  # fmt: skip
         assert any(name in line and reason in line for line in refused), name
@@ -217,6 +219,20 @@ def test_the_same_trial_in_two_conventions_gives_nearly_the_same_poses():
 
 
 @needs_data
+@pytest.mark.parametrize("name", ["12_01_mb", "12_01_daz", "14_31_daz"])
+def test_without_their_t_pose_recordings_give_nearly_the_same_poses(name):
+    from synth.bodies.mocap.retarget import retarget
+    from synth.bodies.mocap.source import read_source, read_source_from_positions
+
+    bvh = parse_bvh((DATA / f"{name}.bvh").read_text())
+    tangle = with_axes_anywhere(bvh, np.random.default_rng(0))
+    truth = joint_places(retarget(read_source(bvh)))[1:]
+    for given, limit in ((bvh, 0.03), (tangle, 0.06)):
+        places = joint_places(retarget(read_source_from_positions(given)))[1:]
+        assert np.median(np.linalg.norm(places - truth, axis=2)) < limit
+
+
+@needs_data
 def test_people_on_stools_sit_and_people_who_walk_stand(tmp_path):
     for name in ("13_01_daz", "14_31_daz", "12_01_daz"):
         (tmp_path / f"{name}.bvh").write_bytes((DATA / f"{name}.bvh").read_bytes())
@@ -247,6 +263,26 @@ def test_fast_recordings_are_thinned_to_the_frames_of_slow_ones_and_cut_ones_tol
     assert [record.getMessage() for record in caplog.records] == [
         f"{tmp_path / 'b' / '05_01.bvh'} was cut: it has 164 of 200 frames"
     ]
+
+
+def test_frames_with_nan_and_files_without_a_t_pose_are_imported_and_told(tmp_path, caplog):
+    whole = recording(0.0).splitlines()
+    lines = whole.copy()
+    lines[-5] = "nan " + lines[-5].partition(" ")[2]
+    first = lines.index("Frame Time: 0.033333") + 1
+    bent = bvh_text([(STAND, standing_root(STAND))] * 3, rest=STAND)
+    for name, text in (("a", "\n".join(whole)), ("b", "\n".join(lines)), ("c", bent)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "05_01.bvh").write_text(text)
+    caplog.set_level("INFO", "pipelines")
+    ours, theirs, _ = (
+        import_mocap(MocapSettings(tmp_path / name, tmp_path / "lib", distance=0.0)) for name in "bac"
+    )
+    assert set(theirs.frame) - set(ours.frame) == {len(whole) - 5 - first}
+    told = [record.getMessage() for record in caplog.records]
+    assert f"{tmp_path / 'b' / '05_01.bvh'}: NaN or infinity in 1 of 41 frames, which are dropped" in told
+    words = "has no T-pose: limb directions are taken from joint positions"
+    assert [line for line in told if "T-pose:" in line] == [f"{tmp_path / 'c' / '05_01.bvh'} {words}"]
 
 
 def test_a_pattern_puts_all_subjects_into_a_split(folder, tmp_path):

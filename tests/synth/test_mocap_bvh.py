@@ -61,7 +61,6 @@ def test_the_rest_pose_has_every_joint_at_its_offset():
         ("Frames: 2", "Fames: 2", "'Frames:' is expected"),
         ("Frame Time: 0.04", "Frame Time: -1", r"of -1\.0 s"),
         ("5 6 7 10", "5 6 7", "frame 1 has 8 values; the channels of the hierarchy are 9"),
-        ("5 6 7 10", "5 6 7 nan", "frame 1 holds NaN"),
         ("5 6 7 10", "5 6 7 x", "frame 1 holds a value that is no number"),
         ("OFFSET 2 0 0", "OFFSET 2 0", "'}' where a number is expected"),
         ("OFFSET 0 1 0", "OFFSET 0 inf 0", "'inf' where a finite number"),
@@ -76,6 +75,19 @@ def test_what_is_wrong_is_named(old, new, message):
     assert TINY.count(old) >= 1
     with pytest.raises(MocapError, match=message):
         parse_bvh(TINY.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("word", ["nan", "NaN", "-nan(ind)", "1.#QNAN", "-1.#IND00", "inf", "-Infinity"])
+def test_frames_with_nan_or_infinity_are_left_out_and_counted(word):
+    bvh = parse_bvh(TINY.replace("Frames: 2", "Frames: 3").replace("0 0 0 0 0", f"0 {word} 0 0 0", 1) + "1 " * 9)
+    assert bvh.values[:, 0].tolist() == [5.0, 1.0]
+    assert bvh.frame.tolist() == [1, 2]
+    assert (bvh.n_broken, bvh.n_promised) == (1, 3)
+
+
+def test_a_file_with_nan_in_every_frame_is_refused():
+    with pytest.raises(MocapError, match="has no frame without NaN or infinity"):
+        parse_bvh(TINY.replace("5 6 7", "nan 6 7").replace("0 0 0 0 0", "0 0 inf 0 0", 1))
 
 
 @pytest.mark.parametrize("text", ["", "MOTION", "HIERARCHY MOTION", "HIERARCHY\nROOT a\n{\nMOTION\n"])

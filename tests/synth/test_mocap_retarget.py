@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from synth.bodies.kinematics import link_transforms
-from synth.bodies.mocap.bvh import MocapError, parse_bvh
+from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.retarget_kernels import HAND_WEIGHT, LIMB_WEIGHT, ball_start
 from synth.bodies.mocap.select import unlike_poses
@@ -104,12 +104,6 @@ def test_an_unusual_unit_is_what_makes_the_legs_an_adults():
 
 def test_the_t_pose_and_no_other_is_taken_for_one():
     assert np.flatnonzero(read(poses()).is_t_pose).tolist() == [0]
-
-
-def test_a_file_without_a_t_pose_is_refused():
-    text = bvh_text([(STAND, standing_root(STAND))], rest=STAND)
-    with pytest.raises(MocapError, match="has no T-pose"):
-        read_source(parse_bvh(text))
 
 
 def test_the_closed_form_of_a_ball_joint_points_the_limb():

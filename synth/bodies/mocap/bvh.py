@@ -13,6 +13,8 @@ END = "_end"
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
 _CHANNEL_OF = {name.lower(): name for name in _CHANNELS}
 _MOTION = re.compile(r"^[ \t]*MOTION[ \t]*$", re.IGNORECASE | re.MULTILINE)
+_NOT_FINITE = re.compile(r"^[+-]?1\.#[A-Z]+\d*$|^[+-]?nan(\(.*\))?$|^[+-]?inf(inity)?$", re.IGNORECASE)
+"""How programs write NaN and infinity, such as -nan(ind) and 1.#QNAN."""
 _MAX_JOINTS = 1000
 _MAX_NAME = 120
 
@@ -46,13 +48,17 @@ class Bvh:
         joints: The tree.
         frame_time: [s].
         values: (n_frames, n_channels) float64, angles in degrees.
-        n_promised: Frames that the file says it has; more than `values` has if it was cut.
+        n_promised: Frames that the file says it has; more than it has if it was cut.
+        frame: (n_frames,) number of each in the file; those that hold NaN or infinity are missing.
+        n_broken: How many are missing so.
     """
 
     joints: tuple[BvhJoint, ...]
     frame_time: float
     values: NDArray[np.float64]
-    n_promised: int = 0
+    n_promised: int
+    frame: NDArray[np.int64]
+    n_broken: int = 0
 
     def index(self, name: str) -> int:
         """Index of a joint by its name."""
@@ -66,7 +72,7 @@ class _Tree:
 
 
 def parse_bvh(text: str) -> Bvh:
-    """Reads the text of a BVH file; one that was cut has the frames that are whole.
+    """Reads the text of a BVH file; one that was cut has the frames that are whole, without those that hold NaN.
 
     Args:
         text: The whole file.
@@ -87,7 +93,11 @@ def parse_bvh(text: str) -> Bvh:
     if n_frames < 1 or not 0.0 < frame_time < 10.0:
         raise MocapError(f"has {n_frames} frames of {frame_time} s; needs at least 1 frame and a time above 0")
     n_channels = sum(len(joint.channels) for joint in joints)
-    return Bvh(joints, frame_time, _parse_values(lines[2:], n_frames, n_channels), n_frames)
+    values = _parse_values(lines[2:], n_frames, n_channels)
+    good = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if not len(good):
+        raise MocapError("has no frame without NaN or infinity")
+    return Bvh(joints, frame_time, values[good], n_frames, good, len(values) - len(good))
 
 
 def _parse_tree(words: Iterator[str]) -> tuple[BvhJoint, ...]:
@@ -162,7 +172,10 @@ def _number_after(label: str, lines: list[str], place: int) -> float:
 
 
 def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[np.float64]:
-    """(n, n_channels); every frame is a line. Of a file that was cut, an unfinished last line is left out."""
+    """(n, n_channels); every frame is a line. Of a file that was cut, an unfinished last line is left out.
+
+    NaN and infinity are read in any spelling.
+    """
     if len(lines) > n_frames:
         raise MocapError(f"has {len(lines)} lines of values, but says Frames: {n_frames}")
     if lines and len(lines) < n_frames and len(lines[-1].split()) < n_channels:
@@ -175,12 +188,9 @@ def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[n
         if len(words) != n_channels:
             raise MocapError(f"frame {k} has {len(words)} values; the channels of the hierarchy are {n_channels}")
         try:
-            out[k] = words
+            out[k] = [_NOT_FINITE.sub("nan", word) for word in words] if "n" in line.lower() else words
         except ValueError:
             raise MocapError(f"frame {k} holds a value that is no number") from None
-    wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
-    if len(wrong):
-        raise MocapError(f"frame {wrong[0]} holds NaN or infinity")
     return out
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.bodies.mocap.rest import SIDES
 from synth.bodies.mocap.retarget import heading_of
-from synth.bodies.mocap.source import SIDES, Source
+from synth.bodies.mocap.source import Source
 
 HEEL = (-0.05, 0.12)
 """Heel and ball of the foot before the ankle, along the sole [m]."""

@@ -6,27 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.mocap.bvh import Bvh, MocapError, place_joints, rest_values
+from synth.bodies.mocap.positions import Directions, directions_of, ways_of
+from synth.bodies.mocap.rest import Rest, find_rest, find_world, is_t_pose, straight_trunk, unit_of
 from synth.bodies.mocap.roles import Convention, joints_of
-
-LEG_LENGTH = 0.835
-"""Hip to ankle of an adult of 1.70 m, by which units are found out [m]."""
-UNITS: dict[str, float] = {"m": 1.0, "5.64 cm": 0.0254 / 0.45, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
-"""Usual units of BVH files [m]; 5.64 cm is the CMU database's own (an inch over 0.45)."""
-UNIT_SLACK = 0.25
-"""A leg in a usual unit may be off `LEG_LENGTH` by this share; else the unit is what gives that length."""
-ARM_SLACK = np.radians(25.0)
-"""Arms of a T-pose are this level."""
-LEG_SLACK = np.radians(12.0)
-"""Legs of a T-pose are this upright."""
-ASKEW = np.radians(15.0)
-"""Someone whose hips are turned less than this from an axis of the file faces along an axis."""
-SIDES = "lr"
-"""Order of the sides in arrays of limbs."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A motion in metres and z up. Directions are unit vectors, turns are from the rest pose.
+    """A motion in metres and z up. Directions are unit vectors, turns are from a T-pose or what stands in for it.
 
     Attributes:
         unit: Size of the file's unit [m].
@@ -39,10 +26,11 @@ class Source:
         clavicle: (n, 2, 3) inner end to shoulder, thorax frame [m].
         clavicle_rest: (2, 3) likewise at rest.
         fingers: (n, 2, 3) from the wrist.
-        palm: (n, 2, 3) out of the palm; palms face down at rest.
+        palm: (n, 2, 3) out of the palm; palms face down at rest. 0 if it is not known.
         toes: (n, 2, 3) along the sole, level at rest.
         sole: (n, 2, 3) up through the sole.
         is_t_pose: (n,) whether a frame is a T-pose and no pose of the motion.
+        has_rest: Whether limbs are turns since a T-pose; else they are lines between joints.
     """
 
     unit: float
@@ -59,6 +47,7 @@ class Source:
     toes: NDArray[np.float64]
     sole: NDArray[np.float64]
     is_t_pose: NDArray[np.bool_]
+    has_rest: bool
 
     def at(self, role: str) -> NDArray[np.float64]:
         """(n, 3) where a joint is [m]."""
@@ -68,40 +57,82 @@ class Source:
 def read_source(bvh: Bvh, custom: Convention | None = None) -> Source:
     """Turns a file into a motion.
 
-    The rest pose is the first frame if that is a T-pose, else the file's own (no joint turned).
+    The rest pose is the first frame if that is a T-pose, else the file's own (no joint turned). If that is none
+    either, limbs point from joint to joint.
 
     Args:
         bvh: The file.
         custom: Naming of the joints; by default a known one that fits.
 
     Raises:
-        MocapError: Joints are missing, two coincide, or neither rest pose is a T-pose.
+        MocapError: Joints are missing or coincide, or there is no T-pose and nobody upright.
     """
     convention, joints = joints_of(bvh, custom)
+    position, rotation = place_joints(bvh, np.concatenate([bvh.values, rest_values(bvh)]))
     columns = list(joints.values())
-    values = np.concatenate([bvh.values, rest_values(bvh)])
-    position, rotation = (array[:, columns] for array in place_joints(bvh, values))
     place = {role: k for k, role in enumerate(joints)}
-    unit = _unit(position[-1], place)
-    for rest in (0, -1):
-        axes = _axes(position[rest], place)
-        turned = position @ axes.T
-        is_t_pose = _is_t_pose(turned, place)
-        if is_t_pose[rest]:
-            rotation = axes @ rotation @ axes.T
-            return _measured(convention, place, unit, turned * unit, rotation, rest, is_t_pose)
-    raise MocapError("has no T-pose: neither its first frame nor its rest pose has level arms and straight legs")
+    rest = find_rest(position[:, columns], place)
+    if rest is None:
+        return _from_positions(bvh, joints, position, rotation)
+    return _from_turns(convention, place, rest, position[:, columns], rotation[:, columns])
+
+
+def read_source_from_positions(bvh: Bvh, custom: Convention | None = None) -> Source:
+    """Likewise, but as if the file had no T-pose.
+
+    Args:
+        bvh: The file.
+        custom: Naming of the joints; by default a known one that fits.
+
+    Raises:
+        MocapError: Joints are missing or coincide, or nobody is upright.
+    """
+    _, joints = joints_of(bvh, custom)
+    return _from_positions(bvh, joints, *place_joints(bvh, np.concatenate([bvh.values, rest_values(bvh)])))
+
+
+def _from_positions(
+    bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64], rotation: NDArray[np.float64]
+) -> Source:
+    """Motion without a T-pose; the last row of positions and rotations is the pose without turns."""
+    columns = list(joints.values())
+    place = {role: k for k, role in enumerate(joints)}
+    drawn = straight_trunk(position[-1, columns], place)
+    position, rotation = position[:-1], rotation[:-1]
+    world = find_world(position[:, columns], place)
+    unit = unit_of(position[0, columns], place)
+    position, rotation = position @ world.T * unit, world @ rotation[:, columns]
+    ways = ways_of(bvh, joints, position)
+    position = position[:, columns]
+    directions = directions_of(position, rotation, ways, drawn, place)
+    return Source(unit, place, position, *directions, is_t_pose(position, place), has_rest=False)
+
+
+def _from_turns(
+    convention: Convention,
+    place: dict[str, int],
+    rest: Rest,
+    position: NDArray[np.float64],
+    rotation: NDArray[np.float64],
+) -> Source:
+    """Motion since a T-pose; the last row of positions and rotations is the pose without turns."""
+    unit = unit_of(position[-1], place)
+    turned, rotation = position @ rest.axes.T, rest.axes @ rotation @ rest.axes.T
+    turn = np.stack([rotation[:, k] @ rotation[rest.row, k].T for k in place.values()], axis=1)[:-1]
+    placed = turned
+    if rest.world is not rest.axes:
+        turn, placed = rest.world @ rest.axes.T @ turn, position @ rest.world.T
+    directions = _measured(convention, place, turned[rest.row] * unit, (placed * unit)[:-1], turn)
+    return Source(unit, place, (placed * unit)[:-1], *directions, is_t_pose(placed, place)[:-1], has_rest=True)
 
 
 def _measured(
     convention: Convention,
     place: dict[str, int],
-    unit: float,
+    rest: NDArray[np.float64],
     position: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    rest: int,
-    is_t_pose: NDArray[np.bool_],
-) -> Source:
+    turns: NDArray[np.float64],
+) -> Directions:
     """Limbs point where their joints' turns since the T-pose take them.
 
     In a T-pose elbows and knees are straight and the limbs lie in the frontal plane, whatever the offsets say:
@@ -109,10 +140,10 @@ def _measured(
     """
 
     def turn(role: str) -> NDArray[np.float64]:
-        return (rotation[:, place[role]] @ rotation[rest, place[role]].T)[:-1]
+        return np.ascontiguousarray(turns[:, place[role]])
 
     def straight(start: str, end: str) -> NDArray[np.float64]:
-        return _unit_vector((position[rest, place[end]] - position[rest, place[start]]) * (0.0, 1.0, 1.0))
+        return _unit_vector((rest[place[end]] - rest[place[start]]) * (0.0, 1.0, 1.0))
 
     thorax = turn("thorax")
     limb, clavicle, clavicle_rest, fingers, palm, toes, sole = [], [], [], [], [], [], []
@@ -122,18 +153,15 @@ def _measured(
             arm = np.array([0.0, sign * np.cos(convention.arms_at_rest), np.sin(convention.arms_at_rest)])
         roles = (("shoulder", arm), ("elbow", arm), ("hip", leg), ("knee", leg))
         limb.append(np.stack([turn(f"{s}_{role}") @ at_rest for role, at_rest in roles], axis=1))
-        way = position[:, place[f"{s}_shoulder"]] - position[:, place[f"{s}_clavicle"]]
-        clavicle.append(np.einsum("nba,nb->na", thorax, way[:-1]))
-        clavicle_rest.append(way[rest])
+        inner, outer = place[f"{s}_clavicle"], place[f"{s}_shoulder"]
+        clavicle.append(np.einsum("nba,nb->na", thorax, position[:, outer] - position[:, inner]))
+        clavicle_rest.append(rest[outer] - rest[inner])
         fingers.append(turn(f"{s}_wrist") @ arm)
         palm.append(turn(f"{s}_wrist") @ np.array([0.0, sign * arm[2], -sign * arm[1]]))
-        forward = (position[rest, place[f"{s}_toe"]] - position[rest, place[f"{s}_ankle"]]) * (1.0, 1.0, 0.0)
+        forward = (rest[place[f"{s}_toe"]] - rest[place[f"{s}_ankle"]]) * (1.0, 1.0, 0.0)
         toes.append(turn(f"{s}_ankle") @ _unit_vector(forward))
         sole.append(turn(f"{s}_ankle") @ np.array([0.0, 0.0, 1.0]))
-    return Source(
-        unit=unit,
-        joints=place,
-        position=position[:-1],
+    return Directions(
         pelvis=turn("hips"),
         thorax=thorax,
         head=turn("head"),
@@ -144,56 +172,7 @@ def _measured(
         palm=np.stack(palm, axis=1),
         toes=np.stack(toes, axis=1),
         sole=np.stack(sole, axis=1),
-        is_t_pose=is_t_pose[:-1],
     )
-
-
-def _axes(rest: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
-    """(3, 3) rows: the person's forward, left and up at rest, in the file's axes.
-
-    Up is an axis of the file; so is left, unless the person stands askew.
-    """
-    hips = 0.5 * (rest[place["l_hip"]] + rest[place["r_hip"]])
-    spine = rest[place["head"]] - hips
-    up = np.zeros(3)
-    longest = int(np.argmax(np.abs(spine)))
-    up[longest] = np.sign(spine[longest])
-    across = rest[place["l_hip"]] - rest[place["r_hip"]]
-    across[longest] = 0.0
-    if not up.any() or not across.any():
-        raise MocapError("has a rest pose whose hips and head coincide")
-    left = across / np.linalg.norm(across)
-    if np.abs(left).max() > np.cos(ASKEW):
-        left = np.sign(left) * (np.abs(left) == np.abs(left).max())
-    return np.stack([np.cross(left, up), left, up])
-
-
-def _unit(rest: NDArray[np.float64], place: dict[str, int]) -> float:
-    """Size of the file's unit [m], from the length of the legs."""
-    leg = 0.0
-    for start, end in (("hip", "knee"), ("knee", "ankle")):
-        leg += float(
-            np.mean([np.linalg.norm(rest[place[f"{s}_{end}"]] - rest[place[f"{s}_{start}"]]) for s in SIDES])
-        )
-    if leg <= 0.0:
-        raise MocapError("has legs without length")
-    wanted = LEG_LENGTH / leg
-    nearest = min(UNITS.values(), key=lambda unit: abs(np.log(unit / wanted)))
-    return nearest if abs(nearest / wanted - 1.0) < UNIT_SLACK else wanted
-
-
-def _is_t_pose(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.bool_]:
-    """(n,) whether arms are level and to the sides, legs straight down, in any heading."""
-    across = position[:, place["l_hip"]] - position[:, place["r_hip"]]
-    across[:, 2] = 0.0
-    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-    out = np.ones(len(position), dtype=np.bool_)
-    for side, sign in (("l", 1.0), ("r", -1.0)):
-        arm = position[:, place[f"{side}_wrist"]] - position[:, place[f"{side}_shoulder"]]
-        leg = position[:, place[f"{side}_ankle"]] - position[:, place[f"{side}_hip"]]
-        out &= sign * (arm * across).sum(axis=1) > np.cos(ARM_SLACK) * np.linalg.norm(arm, axis=1)
-        out &= -leg[:, 2] > np.cos(LEG_SLACK) * np.linalg.norm(leg, axis=1)
-    return out
 
 
 def _unit_vector(vector: NDArray[np.float64]) -> NDArray[np.float64]:
