@@ -87,6 +87,7 @@ class SceneConfig:
         clearance: Range of the gap between the surfaces of person and object, but for contacts [m].
         visible_share: Range of the person's visible pixels over those without objects, in scenes with objects.
         seated_share: Share of the people without objects, or behind unrelated ones, who sit.
+        standing_at_table_share: Share of the scenes at a table without a laptop in which the person stands.
         exercising_share: Share of those who stand without objects, or behind unrelated ones, who exercise: arms
             anywhere, squats, lunges, raised legs.
         is_context_kept: Whether object class and pose are related as in life; if not, they are drawn independently
@@ -109,6 +110,7 @@ class SceneConfig:
     clearance: tuple[float, float] = (0.03, 0.05)
     visible_share: tuple[float, float] = (0.15, 0.95)
     seated_share: float = 0.35
+    standing_at_table_share: float = 0.12
     exercising_share: float = 0.0
     is_context_kept: bool = True
     frames_per_subject: int = 20
@@ -132,7 +134,7 @@ class SceneConfig:
         for name in ("frames_per_subject", "frames_per_object"):
             if not 1 <= getattr(self, name) <= DRAWS_PER_BLOCK:
                 raise ValueError(f"{name}={getattr(self, name)} must be in 1..{DRAWS_PER_BLOCK}")
-        for name in ("seated_share", "exercising_share", "child_share"):
+        for name in ("seated_share", "standing_at_table_share", "exercising_share", "child_share"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name}={getattr(self, name)} must be in 0..1")
 

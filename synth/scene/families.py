@@ -15,8 +15,6 @@ from synth.scene.pools import Subject
 from synth.scene.seating import DESK_CHAIRS, seat_person
 from synth.scene.tables import push_table_up, stand_on_table
 
-STANDING_AT_TABLE_SHARE = 0.12
-"""Share of the scenes at a table in which the person stands before it."""
 MONITOR_SHARE = 0.25
 """Share of the tables without a laptop that carry a monitor."""
 UNHIDDEN_SHARE = (0.85, 1.0)
@@ -54,7 +52,7 @@ def unhidden(draw: SceneDraw) -> Scene | None:
 
 def table(draw: SceneDraw) -> Scene | None:
     """Sitting at a table with the hands on it, or standing before one."""
-    is_standing = draw.rng.random() < STANDING_AT_TABLE_SHARE
+    is_standing = draw.rng.random() < draw.config.standing_at_table_share
     subject = draw.subject(not is_standing)
     posture, context = ("standing", "none") if is_standing else ("sitting", "table")
     pose_family = draw_pose_family(draw, posture, context)

@@ -23,6 +23,7 @@ from synth.scene.pools import Pools, _per_block
         ({"child_share": 1.5}, "child_share"),
         ({"seated_share": -0.1}, "seated_share"),
         ({"exercising_share": 1.1}, "exercising_share"),
+        ({"standing_at_table_share": 2.0}, "standing_at_table_share"),
         ({"stature": (1.9, 1.5)}, "stature"),
         ({"stature": (0.5, 1.5)}, "stature"),
     ],
