@@ -2,9 +2,13 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+
+from pipelines.corpus import Corpus
+from pipelines.generate import GenerateSettings, generate
 
 ROOT = Path(__file__).parents[1]
 WRITES = {
@@ -28,3 +32,13 @@ def test_an_example_runs(name: str, tmp_path: Path) -> None:
     assert done.stdout.strip()
     for written in WRITES[name]:
         assert (tmp_path / "out" / written).stat().st_size > 0
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
+def test_settings_of_a_corpus_make_frames(path: Path, tmp_path: Path) -> None:
+    given = GenerateSettings.from_toml(path)
+    small = replace(given, out=tmp_path / "corpus", frames=4)
+    generate(small.out, small.order(), 1)
+    corpus = Corpus.open(small.out)
+    assert len(corpus) == 4
+    assert corpus.camera(0).name == given.scene.camera == "kinect_v1_qvga"

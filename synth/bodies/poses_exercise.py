@@ -72,7 +72,10 @@ def _stand_on_one_leg(draft: Draft, rng: np.random.Generator, wild: float) -> No
 
 
 def move_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
-    """Upper arms point anywhere that shoulders allow, elbows straight to fully bent; both alike in every third."""
+    """Upper arms point anywhere that shoulders allow, elbows straight to fully bent; both alike in every third.
+
+    False if a hand would be below the floor.
+    """
     angles = _draw_arm(rng)
     is_even = rng.random() < EVEN_SHARE
     for side in "lr":
@@ -82,7 +85,8 @@ def move_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
                 continue
         draft.set(f"{side}_", **angles)
         curl_fingers(draft, side, rng, float(rng.uniform(0, 60)), float(rng.uniform(5, 50)))
-    return True
+    hands = np.concatenate([draft.marks.side[side].hand for side in "lr"])
+    return float(draft.skin(hands)[:, 2].min()) >= 0.0
 
 
 def _draw_arm(rng: np.random.Generator) -> dict[str, float]:

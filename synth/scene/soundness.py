@@ -1,4 +1,4 @@
-"""The laws of a scene: nothing sinks into the person or another object, or comes near but at contacts."""
+"""The laws of a scene: nothing sinks into floor, person or another object, or comes near but at contacts."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,6 +15,8 @@ PLATE_SPACING = 0.015
 """Distance between the points that stand for a laptop on the lap [m]."""
 LIMB_RADIUS = 0.08
 """What is inside a forearm is nearer to its skin than this [m]."""
+MAX_BELOW_FLOOR = 0.01
+"""Skin and clothes are at most this far below the floor [m]: a long hem when its wearer crouches is farther."""
 OBJECT_OVERLAP = -0.01
 """Objects may sink this deep into each other (a seat under a table's apron, thin edges) [m]."""
 
@@ -26,6 +28,8 @@ def is_sound(scene: Scene, clearance: tuple[float, float]) -> bool:
         scene: The scene, complete.
         clearance: Range of the gap between the surfaces of person and object [m].
     """
+    if float(scene.person.vertices[:, 2].min()) < -MAX_BELOW_FLOOR:
+        return False
     if not all(_keeps_clear(item, scene.person, clearance[0]) for item in scene.objects):
         return False
     for k, item in enumerate(scene.objects):

@@ -33,23 +33,44 @@ def test_the_first_score_near_the_best_is_taken():
     assert least_worth([0.5, 0.59, 0.6, 0.61], 0.0) == 3
 
 
-@pytest.mark.parametrize(("joint_m", "is_reached"), [((0.25, 0.0, 2.0), True), ((-1.0, 0.0, 2.0), False)])
-def test_tuning_takes_the_fewest_steps_that_reach_the_joint(joint_m, is_reached):
+def model_that_steps_right(**config):
     nodes = np.zeros(1, NODE_DTYPE)
     nodes["threshold"] = LEAF_THRESHOLD
     to_the_right = ExpertTree(nodes, np.float32([[[1, 0, 0]]]), np.ones((1, 1), np.float32))
-    config = RWFConfig(joints=("neck",), n_clusters=1)
     one, length = np.ones(1, np.float32), np.zeros((1, 2), np.float32)
     gate = np.float32([[-np.inf, np.inf]])
     plan = WalkPlan(np.zeros(1, np.int32), np.int32([-1]), 9 * one, one, np.int32([5]), gate, 8, 10, 1)
     labels = LabelTable(("body",), (), ("neck",))
     limbs = Limbs(np.int32([-1]), length)
-    model = RWFModel(config, labels, ("neck",), ((to_the_right,),), plan, limbs, np.float32([[np.nan, np.nan]]))
+    settings = RWFConfig(joints=("neck",), n_clusters=1, **config)
+    return RWFModel(settings, labels, ("neck",), ((to_the_right,),), plan, limbs, np.float32([[np.nan, np.nan]]))
+
+
+def view_of(joint_m):
     wall, intrinsics = np.full((72, 96), 2000, np.uint16), np.float32([100, 100, 47.5, 35.5])
-    view = View(wall, intrinsics, np.float32([0, 0, 2]), np.float32([joint_m]))
+    return View(wall, intrinsics, np.float32([0, 0, 2]), np.float32([joint_m]))
+
+
+@pytest.mark.parametrize(("joint_m", "is_reached"), [((0.25, 0.0, 2.0), True), ((-1.0, 0.0, 2.0), False)])
+def test_tuning_takes_the_fewest_steps_that_reach_the_joint(joint_m, is_reached):
+    model, view = model_that_steps_right(), view_of(joint_m)
     tuned = tune(model, [view] * 3)
     assert (tuned.plan.n_walks, tuned.plan.n_steps) == (8, 7)
     assert (tuned.plan.step_m < 1).all()
     probability = 1 / (1 + np.exp(-tuned.within_weights[0, 0]))
     assert (probability > 0.9) if is_reached else (probability < 0.1)
     assert tune(model, []) is model
+
+
+def test_walks_are_as_long_as_the_config_lets_them_choose():
+    ways = {}
+    for ways_m in ((0.3,), (1.2,), (0.3, 1.2)):
+        plan = tune(model_that_steps_right(ways_m=ways_m), [view_of((0.25, 0.0, 2.0))] * 3).plan
+        ways[ways_m] = round(float(plan.step_m[0]) * plan.n_steps, 3)
+    assert ways == {(0.3,): 0.3, (1.2,): 1.2, (0.3, 1.2): 0.3}
+
+
+@pytest.mark.parametrize("ways_m", [(), (0.3, 0.0), (-1.0,)])
+def test_walks_without_length_are_refused(ways_m):
+    with pytest.raises(ValueError, match="ways_m"):
+        RWFConfig(ways_m=ways_m)

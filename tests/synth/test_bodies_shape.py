@@ -9,7 +9,7 @@ import pytest
 from synth.bodies.body import Pose
 from synth.bodies.figure import DENSITY, enclosed_volume
 from synth.bodies.shape import BOTTOMS, HAIRS, HEADWEARS, SHOES, TOPS, BodySpec, sample_body
-from synth.bodies.skeleton import N_DOFS
+from synth.bodies.skeleton import DOF_IDX, N_DOFS
 from synth.bodies.skin import make_body, sole_height
 from synth.bodies.skinning import pose_vertices
 
@@ -135,3 +135,12 @@ def test_every_garment_can_be_worn():
             if kind not in ("bare", "bald", "none"):
                 same = vertices.shape == plain.shape and np.abs(vertices - plain).max() < 1e-3
                 assert not same, f"{field}={kind} changes nothing"
+
+
+@pytest.mark.parametrize(("sex", "forearm"), [(0.0, 0.144), (1.0, 0.151)])
+def test_arms_of_average_adults_are_as_long_as_published(sex, forearm):
+    offsets = make_body(BodySpec(1.70, 68.0, sex, 30.0)).skeleton.offsets
+    lengths = [-offsets[DOF_IDX[f"l_{name}_flexion"], 2] / 1.70 for name in ("elbow", "wrist")]
+    assert lengths == pytest.approx(
+        [0.160, forearm], abs=0.004
+    )  # de Leva 1996: 0.16 and 0.152-0.154; Winter: 0.145

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from synth.bodies.families import FAMILIES
 from synth.frame import Frame
 from synth.render.labels import IS_PART_OF_JOINT
 from synth.scene import FrameSource, SceneConfig, SceneWeights
@@ -134,3 +135,37 @@ def test_a_configuration_without_room_says_so(monkeypatch: pytest.MonkeyPatch) -
     config = dataclasses.replace(QVGA, visible_share=(0.0, 0.0), scenes=SceneWeights(*[0.0] * 5, 1.0, 0.0))
     with pytest.raises(RuntimeError, match=r"clutter.*8 attempts.*visible_share"):
         FrameSource(config, 0, 1).frame(0)
+
+
+def alone(family: str, **settings: float) -> list[Frame]:
+    weights = dict.fromkeys(SceneWeights.names(), 0.0) | {family: 1.0}
+    scene = dataclasses.replace(QVGA, scenes=SceneWeights(**weights), **settings)
+    return list(FrameSource(scene, 4, 10))
+
+
+def sits(frame: Frame) -> bool:
+    return FAMILIES[frame.info.pose_family].posture == "sitting"
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_people_alone_sit_and_exercise_as_often_as_asked(share: float) -> None:
+    assert [sits(frame) for frame in alone("unhidden", seated_share=share)] == [share == 1.0] * 10
+    standing = alone("unhidden", seated_share=0.0, exercising_share=share)
+    assert [frame.info.pose_family == "exercising" for frame in standing] == [share == 1.0] * 10
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_people_stand_at_tables_as_often_as_asked(share: float) -> None:
+    assert [not sits(frame) for frame in alone("table", standing_at_table_share=share)] == [share == 1.0] * 10
+
+
+def test_whose_hem_would_be_in_the_floor_makes_no_scene() -> None:
+    scene = dataclasses.replace(QVGA, seated_share=0.0, exercising_share=1.0, child_share=0.0)
+    draw = SceneDraw(scene, FrameSource(scene, 5, 8)._pools, "train", 0, np.random.default_rng(0))
+    drawn = SCENE_FAMILIES["unhidden"](draw)
+    while drawn is None:
+        drawn = SCENE_FAMILIES["unhidden"](draw)
+    assert is_sound(drawn, scene.clearance)
+    sunk = drawn.person.vertices - np.array([0.0, 0.0, 0.02])
+    below = dataclasses.replace(drawn, person=dataclasses.replace(drawn.person, vertices=sunk), objects=())
+    assert not is_sound(below, scene.clearance)
