@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.rig.skinning import pose_vertices
 from synth.frame import Frame
 from synth.occluders import registry
-from synth.occluders.distance import solid_distances
+from synth.occluders.solids.distance import solid_distances
 from synth.scene import FrameSource, SceneConfig, SceneWeights
-from synth.scene.recorded import ComposeConfig, Composer
+from synth.scene.composed import ComposeConfig, Composer
 from synth.scene.replay import person_of
 
 GROUPS = {

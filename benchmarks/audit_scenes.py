@@ -18,8 +18,8 @@ import igl
 import numpy as np
 from tqdm import tqdm
 
-from synth.bodies.poselib import read_library as read_poses
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.poses.library import read_library as read_poses
+from synth.bodies.rig.skinning import posed_mesh
 from synth.frame import Frame
 from synth.geometry import LabelledMesh, surface_points
 from synth.occluders.meshlib import IMPORTED, MeshLibrary

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import psutil
 
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Order, write_corpus
-from pipelines.generate import GenerateSettings
 from synth.scene import FrameSource
 
 STAGES = (

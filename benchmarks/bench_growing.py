@@ -22,9 +22,9 @@ from forests.growing import GrowthConfig, grow_class_tree  # noqa: E402
 from forests.growing.buffers import Target, empty_buffers, first, gather_node  # noqa: E402
 from forests.oarf.classes import ClassTable  # noqa: E402
 from forests.samples import Samples, gather  # noqa: E402
+from pipelines.commands.generate import GenerateSettings  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from pipelines.corpus.sequence import LABELS, CorpusFrames  # noqa: E402
-from pipelines.generate import GenerateSettings  # noqa: E402
 
 SEED = 0
 SHORTER_RACE = {"n_racing_samples": 64, "n_finalists": 20}

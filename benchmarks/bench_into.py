@@ -16,14 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus, write_corpus
-from pipelines.generate import GenerateSettings
 from synth.frame import Frame
 from synth.geometry import transform_points
 from synth.occluders import registry
-from synth.occluders.distance import solid_distances
-from synth.scene.recorded import ComposeConfig
-from synth.scene.recorded.person import person_of
+from synth.occluders.solids.distance import solid_distances
+from synth.scene.composed import ComposeConfig
+from synth.scene.composed.person import person_of
 from synth.vocabulary import JointState
 
 STAGES = (

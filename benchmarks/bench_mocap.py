@@ -21,20 +21,20 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from pipelines.importing.mocap import MocapSettings, import_mocap, trial_and_subject
 from synth.bodies.body import Pose
-from synth.bodies.kinematics import link_transforms
 from synth.bodies.mocap.bvh import Bvh, parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.mocap.source import Source, read_source, read_source_from_positions
-from synth.bodies.poselib import FOOT_UP, PoseLibrary
-from synth.bodies.poses import seat_contact, seat_height_of
-from synth.bodies.poses_draft import landmarks_of
-from synth.bodies.poses_library import place_pose
-from synth.bodies.shape import sample_body
+from synth.bodies.poses.draft import landmarks_of
+from synth.bodies.poses.draw import seat_contact, seat_height_of
+from synth.bodies.poses.library import FOOT_UP, PoseLibrary
+from synth.bodies.poses.place import place_pose
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import LINK_IDX, Lengths, make_skeleton
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.spec import sample_body
 from synth.vocabulary import JOINT_NAMES
 from tests.mocap_files import with_axes_anywhere
 

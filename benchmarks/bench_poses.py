@@ -12,16 +12,16 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision import self_collides
-from synth.bodies.families import FAMILIES
-from synth.bodies.ik import HAND_LINK, Goal, solve_limb
-from synth.bodies.kinematics import link_transforms
-from synth.bodies.poses import HandTarget, HandTargets, draw_arms, draw_base
-from synth.bodies.poses_draft import landmarks_of
-from synth.bodies.shape import sample_body
+from synth.bodies.poses.draft import landmarks_of
+from synth.bodies.poses.draw import HandTarget, HandTargets, draw_arms, draw_base
+from synth.bodies.poses.families import FAMILIES
+from synth.bodies.rig.collision import self_collides
+from synth.bodies.rig.ik import HAND_LINK, Goal, solve_limb
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import LOWER, UPPER
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.spec import sample_body
 
 
 def targets_for(family: str, person: Body, base: Pose) -> HandTargets | None:

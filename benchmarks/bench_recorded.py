@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from forests.crops import foreground_box
 from forests.rwf.start import Box, start_point, upper_body_box, upper_foreground_box
 from forests.rwf.train import BOX_MARGIN_M
+from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus import Corpus
-from pipelines.evaluate import load_contestant
-from pipelines.importing.layout import choose_layout
-from pipelines.importing.source import Options, RecordedFrames
+from pipelines.models.asking import Contestant
 from pipelines.predicting.ask import ask
 from pipelines.predicting.smooth import TrackSmoother
-from pipelines.predictions import Contestant
+from pipelines.recordings.frames import Options, RecordedFrames
+from pipelines.recordings.layout import choose_layout
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, JointState
 

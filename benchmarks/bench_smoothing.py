@@ -14,14 +14,14 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
 from forests.rwf.forest import Walker  # noqa: E402
-from forests.rwf.smoothing import SkeletonSmoother, SmoothingConfig  # noqa: E402
 from forests.rwf.start import upper_body_box  # noqa: E402
 from forests.rwf.storage import load_model  # noqa: E402
 from forests.rwf.train import BOX_MARGIN_M  # noqa: E402
+from forests.smoothing import SkeletonSmoother, SmoothingConfig  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from synth.bodies.body import Pose  # noqa: E402
-from synth.bodies.kinematics import joint_positions  # noqa: E402
-from synth.bodies.skinning import posed_mesh  # noqa: E402
+from synth.bodies.rig.kinematics import joint_positions  # noqa: E402
+from synth.bodies.rig.skinning import posed_mesh  # noqa: E402
 from synth.frame import Frame  # noqa: E402
 from synth.geometry import inverse, transform_points  # noqa: E402
 from synth.occluders.meshlib import MeshLibrary, read_library  # noqa: E402

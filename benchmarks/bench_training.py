@@ -21,9 +21,9 @@ from forests.oarf import forest
 from forests.oarf.config import OARFConfig
 from forests.oarf.storage import save_model
 from forests.samples import gather
+from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.generate import GenerateSettings, generate
 
 PAPER_SPLITS = (1110, 200, 440)
 

@@ -23,10 +23,10 @@ from forests.rwf.model import Limbs, RWFModel, walk_tables  # noqa: E402
 from forests.rwf.start import upper_body_box  # noqa: E402
 from forests.rwf.storage import load_model  # noqa: E402
 from forests.rwf.train import BOX_MARGIN_M, train_rwf  # noqa: E402
-from forests.rwf.tuning import WITHIN_M, View, views_of  # noqa: E402
+from forests.rwf.tune import WITHIN_M, View, views_of  # noqa: E402
+from pipelines.commands.generate import GenerateSettings  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from pipelines.corpus.sequence import CorpusFrames  # noqa: E402
-from pipelines.generate import GenerateSettings  # noqa: E402
 from synth.camera import Camera  # noqa: E402
 from tests import reference_forests_rwf as reference  # noqa: E402
 

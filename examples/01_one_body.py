@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.bodies.kinematics import joint_positions
-from synth.bodies.poses import draw_arms, draw_base
-from synth.bodies.shape import sample_body
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import posed_mesh
-from synth.bodies.urdf import write_urdf
+from synth.bodies.poses.draw import draw_arms, draw_base
+from synth.bodies.rig.kinematics import joint_positions
+from synth.bodies.rig.skinning import posed_mesh
+from synth.bodies.rig.urdf import write_urdf
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import sample_body
 from synth.vocabulary import JOINT_NAMES
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_body")

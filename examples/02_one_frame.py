@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from synth.render.sensors import apply_sensor
+from synth.render.sensors.models import apply_sensor
 from synth.scene import FrameSource, SceneConfig
 from synth.vocabulary import JOINT_NAMES, JointState
 

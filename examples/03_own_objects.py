@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.geometry import translation
 from synth.occluders import registry
-from synth.occluders.distance import solid_distances
+from synth.occluders.solids.distance import solid_distances
 
 rng = np.random.default_rng(0)
 table = registry.sample("table", rng, kind="table", height=0.74)

@@ -6,8 +6,8 @@ python examples/04_read_a_corpus.py [FOLDER]
 import sys
 from pathlib import Path
 
+from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
-from pipelines.generate import GenerateSettings, generate
 from synth.scene import SceneConfig
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_corpus")

@@ -14,10 +14,10 @@ from forests.oarf.config import OARFConfig
 from forests.oarf.forest import train
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, save_model
+from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.generate import GenerateSettings, generate
-from pipelines.overlay import PixelLabels, overlay
+from pipelines.drawing.skeletons import PixelLabels, overlay
 from synth.scene import SceneConfig
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_forest")

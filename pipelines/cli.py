@@ -35,20 +35,30 @@ class Runnable(Protocol):
 
 COMMANDS = {
     "demo": Command(
-        "pipelines.demo", "DemoSettings", "the whole story at a small size: frames, forests, scores, report"
+        "pipelines.commands.demo",
+        "DemoSettings",
+        "the whole story at a small size: frames, forests, scores, report",
     ),
-    "generate": Command("pipelines.generate", "GenerateSettings", "make a corpus of labelled depth frames"),
+    "generate": Command(
+        "pipelines.commands.generate", "GenerateSettings", "make a corpus of labelled depth frames"
+    ),
     "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
-    "verify": Command("pipelines.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
-    "train oarf": Command("pipelines.train", "TrainOarfSettings", "train a regression forest on corpora"),
-    "train rwf": Command("pipelines.train", "TrainRwfSettings", "train a random walk forest on corpora"),
-    "predict": Command("pipelines.predict", "PredictSettings", "find the joints in depth images, and draw them"),
-    "evaluate": Command("pipelines.evaluate", "EvaluateSettings", "score a model against the rendered truth"),
-    "ablate": Command("pipelines.ablate.command", "AblateSettings", "train and score all methods on one corpus"),
-    "report": Command("pipelines.report.command", "ReportSettings", "write an ablation as one HTML page"),
+    "verify": Command("pipelines.commands.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    "train oarf": Command("pipelines.commands.train", "TrainOarfSettings", "train a regression forest on corpora"),
+    "train rwf": Command("pipelines.commands.train", "TrainRwfSettings", "train a random walk forest on corpora"),
+    "predict": Command(
+        "pipelines.commands.predict", "PredictSettings", "find the joints in depth images, and draw them"
+    ),
+    "evaluate": Command(
+        "pipelines.commands.evaluate", "EvaluateSettings", "score a model against the rendered truth"
+    ),
+    "ablate": Command("pipelines.commands.ablate", "AblateSettings", "train and score all methods on one corpus"),
+    "report": Command("pipelines.commands.report", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
-    "import depth": Command("pipelines.importing.depth", "DepthSettings", "make a corpus out of recorded depth"),
+    "import depth": Command(
+        "pipelines.commands.import_depth", "DepthSettings", "make a corpus out of recorded depth"
+    ),
     "import meshes": Command("pipelines.importing.meshes", "MeshSettings", "make an object library out of meshes"),
 }
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from synth.bodies.kinematics import link_transforms
 from synth.bodies.mocap.bvh import END, Bvh, parse_bvh, place_joints
+from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.7))

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from synth.bodies.kinematics import link_transforms
+from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.skeleton import LINK_IDX, LOWER, UPPER, Skeleton
 
 

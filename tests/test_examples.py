@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
-from pipelines.generate import GenerateSettings, generate
 
 ROOT = Path(__file__).parents[1]
 WRITES = {

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from synth.bodies.segments import Axes, Layout, locate, radius_at
+from synth.bodies.shape.segments import Axes, Layout, locate, radius_at
 
 
 @njit(cache=True, parallel=True)

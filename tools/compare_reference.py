@@ -18,12 +18,12 @@ from measure_profiles import points_of, scene_of, unit
 from reference_body import ReferenceBody, ReferenceData, phenotype
 
 from synth.bodies.body import Pose
-from synth.bodies.figure import DENSITY, enclosed_volume
-from synth.bodies.segments import POINT_IDX
-from synth.bodies.shape import BodySpec
+from synth.bodies.rig.skinning import posed_mesh
+from synth.bodies.shape.figure import DENSITY, enclosed_volume
+from synth.bodies.shape.make import make_body
+from synth.bodies.shape.segments import POINT_IDX
 from synth.bodies.skeleton import DOF_IDX, N_DOFS
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.spec import BodySpec
 from synth.vocabulary import PART_NAMES
 
 CASES = (

@@ -3,7 +3,7 @@
     pip install open3d
     python tools/make_template.py
 
-Every subject's skin is this mesh laid over the subject's own axes and radii (`synth.bodies.segments.lay_skin`), so
+Every subject's skin is this mesh laid over its own axes and radii (`synth.bodies.shape.segments.lay_skin`), so
 that triangles, labels and weights are the same for all of them.
 """
 
@@ -20,11 +20,11 @@ from mesh_smoothing import flipped, is_closed, largest_piece, mean_value_matrix,
 from surface_nets import mirrored, surface_nets, thinned
 from template_rules import Landmarks, Membership, labels_of, smoothstep, unit, weights_of
 
-from synth.bodies.clothes import skirt_table
-from synth.bodies.frame_points import BIND_ANGLES, bind_points, skeleton_of
-from synth.bodies.kinematics import link_transforms
-from synth.bodies.measures import mix_of, profiles
-from synth.bodies.segments import (
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.shape.clothes import skirt_table
+from synth.bodies.shape.frame_points import BIND_ANGLES, bind_points, skeleton_of
+from synth.bodies.shape.measures import mix_of, profiles
+from synth.bodies.shape.segments import (
     FINGERS,
     LAYOUT,
     N_SEGMENTS,
@@ -35,8 +35,8 @@ from synth.bodies.segments import (
     locate,
     radius_at,
 )
+from synth.bodies.shape.template import SKIRT_EASE, SKIRT_FLARE
 from synth.bodies.skeleton import LINK_IDX, N_LINKS
-from synth.bodies.template import SKIRT_EASE, SKIRT_FLARE
 
 OUT = Path(__file__).resolve().parents[1] / "synth" / "bodies" / "data"
 STATURE = 1.68

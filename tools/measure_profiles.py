@@ -19,9 +19,9 @@ from scipy import ndimage
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from reference_body import ReferenceBody, ReferenceData, phenotype
 
-from synth.bodies.frame_points import overlap_points, shoulder_points
-from synth.bodies.measures import CORNER_IDX, CORNERS, MEASURES, Corner
-from synth.bodies.segments import (
+from synth.bodies.shape.frame_points import overlap_points, shoulder_points
+from synth.bodies.shape.measures import CORNER_IDX, CORNERS, MEASURES, Corner
+from synth.bodies.shape.segments import (
     FINGERS,
     LAYOUT,
     POINT_IDX,

@@ -18,16 +18,16 @@ from synth.bodies.body import Body, Pose
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import heading_of
 from synth.bodies.mocap.source import Source, read_source
-from synth.bodies.poselib import PoseLibrary, read_library
-from synth.bodies.poses import seat_contact, seat_height_of
-from synth.bodies.poses_library import place_pose
-from synth.bodies.shape import sample_body
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.poses.draw import seat_contact, seat_height_of
+from synth.bodies.poses.library import PoseLibrary, read_library
+from synth.bodies.poses.place import place_pose
+from synth.bodies.rig.skinning import posed_mesh
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import sample_body
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, inverse, look_at, transform_points, translation
 from synth.occluders import registry
-from synth.occluders.chair import sample_stool
+from synth.occluders.furniture.chair import sample_stool
 from synth.render import backends
 from synth.render.records import RenderObject
 from synth.scene.pools import dressed_to_sit

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pipelines.inspect.sheet import contact_sheet
+from pipelines.drawing.frames import contact_sheet
 from synth.frame import Frame
 from synth.scene import FrameSource, SceneConfig, SceneWeights
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from synth.camera import Camera
 from synth.render.presets import CAMERAS
 from synth.render.presets import camera as find_camera
-from synth.render.sensors import SENSOR_NAMES, apply_sensor
+from synth.render.sensors.models import SENSOR_NAMES, apply_sensor
 from synth.scene import FrameSource, SceneConfig, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]

@@ -12,10 +12,10 @@ import open3d as o3d
 from numpy.typing import NDArray
 
 from synth.bodies.body import Pose
-from synth.bodies.shape import sample_body
+from synth.bodies.rig.skinning import posed_mesh
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import DOF_IDX, N_DOFS
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.spec import sample_body
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, look_at
 from synth.vocabulary import N_PARTS

@@ -16,7 +16,7 @@ from forests.rwf.model import ExpertTree, RWFModel
 from forests.rwf.points import draw_way_points, gate_of
 from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of, starts_of
 from forests.rwf.start import start_point, upper_body_box
-from forests.rwf.tuning import tune, views_of
+from forests.rwf.tune import tune, views_of
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
 

@@ -13,10 +13,10 @@ from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.run import open_corpus
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
+from pipelines.commands.evaluate import file_digest
 from pipelines.corpus.header import write_atomically
-from pipelines.evaluate import file_digest
 from pipelines.metrics import draw_frames
-from pipelines.results import Results, read_results
+from pipelines.metrics.results import Results, read_results
 
 SCHEMA = "undergrowth ablation"
 SCHEMA_VERSION = 1

@@ -20,8 +20,8 @@ from synth.scene.config import SplitShares
 _SCORING_SOURCES = (
     "pipelines/corpus",
     "pipelines/metrics",
-    "pipelines/predictions.py",
-    "pipelines/results.py",
+    "pipelines/models/asking.py",
+    "pipelines/metrics/results.py",
 )
 
 

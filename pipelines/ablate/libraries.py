@@ -7,7 +7,7 @@ from typing import Literal
 
 from pipelines.ablate.config import AblationConfig
 from pipelines.errors import UserError
-from synth.bodies.poselib import read_library as read_poses
+from synth.bodies.poses.library import read_library as read_poses
 from synth.occluders.meshlib import read_library as read_objects
 
 SPLIT: Literal["test"] = "test"

@@ -8,12 +8,12 @@ from forests.oarf.config import OARFConfig
 from forests.oarf.predict import Predictor
 from pipelines.ablate.jobs import ScoringJob, TrainingJob
 from pipelines.ablate.progress import SetShare
-from pipelines.checkpoints import TreeFolder, open_trees
+from pipelines.commands.evaluate import load_contestant
+from pipelines.commands.train import KINDS
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
-from pipelines.evaluate import load_contestant
-from pipelines.predictions import Contestant
-from pipelines.train import KINDS
+from pipelines.models.asking import Contestant
+from pipelines.models.checkpoints import TreeFolder, open_trees
 
 
 def train_model(

@@ -8,14 +8,14 @@ from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, Progress, SetShare, cost
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
-from pipelines.generate import GenerateSettings
 from pipelines.metrics import read_truths
 from pipelines.metrics.document import pixel_values
-from pipelines.predictions import predict_frames
-from pipelines.results import write_results
+from pipelines.metrics.results import write_results
+from pipelines.models.asking import predict_frames
 
 
 def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:

@@ -11,7 +11,7 @@ from pipelines.metrics import MEASURES, by_state, every_frame_once, interval, st
 from pipelines.metrics.comparing import compare_seeds
 from pipelines.metrics.document import number
 from pipelines.metrics.resampling import FrameWeights, Mean
-from pipelines.results import Results, Truths
+from pipelines.metrics.results import Results, Truths
 
 Answers = Mapping[Row, Sequence[Results]]
 """What each method answered, by seed; all on the same frames."""

@@ -22,7 +22,8 @@ from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import Convention
 from synth.bodies.mocap.select import joint_places, unlike_poses
 from synth.bodies.mocap.source import read_source
-from synth.bodies.poselib import (
+from synth.bodies.poses.draw import seat_height_of
+from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
     FOOT_UP,
@@ -32,10 +33,9 @@ from synth.bodies.poselib import (
     joined,
     write_library,
 )
-from synth.bodies.poses import seat_height_of
-from synth.bodies.poses_library import place_pose
-from synth.bodies.shape import BodySpec
-from synth.bodies.skin import make_body
+from synth.bodies.poses.place import place_pose
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import BodySpec
 
 log = logging.getLogger(__name__)
 

@@ -12,9 +12,9 @@ import tyro
 from tqdm import tqdm
 
 from pipelines.corpus import Corpus
+from pipelines.drawing.frames import contact_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
-from pipelines.inspect.sheet import contact_sheet
 from pipelines.inspect.statistics import statistics_of
 
 log = logging.getLogger(__name__)

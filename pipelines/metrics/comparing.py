@@ -18,7 +18,7 @@ from pipelines.metrics.resampling import (
     every_frame_once,
     interval,
 )
-from pipelines.results import Results, Truths, same_frames
+from pipelines.metrics.results import Results, Truths, same_frames
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pipelines.metrics import groups
 from pipelines.metrics.measures import CURVE_CM, MEASURES, Summary, accuracy_curve, summarise
 from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
-from pipelines.results import Results
+from pipelines.metrics.results import Results
 
 _TABLES = {
     "by_hiding_class": groups.by_hiding_class,

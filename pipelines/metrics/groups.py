@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.results import Truths
+from pipelines.metrics.results import Truths
 from synth.vocabulary import JointState
 
 Groups = Mapping[str, NDArray[np.bool_]]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pipelines.metrics.precision import MeanAveragePrecision, rank_proposals
 from pipelines.metrics.resampling import FrameWeights, Median, Ratio, Statistic, every_frame_once, interval
-from pipelines.results import Results
+from pipelines.metrics.results import Results
 
 WITHIN_M = 0.10
 """Shotton et al. 2011: an estimate this close is right."""

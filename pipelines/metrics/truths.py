@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
-from pipelines.results import Truths
+from pipelines.metrics.results import Truths
 from synth.render.labels import JOINT_RADIUS
 from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, OCCLUDER_CODE, JointState
 

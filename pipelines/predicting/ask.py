@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from forests.estimate import JointEstimate
 from forests.frames import Pinhole
 from forests.rwf.start import Box, upper_foreground_box
-from pipelines.predictions import Contestant
+from pipelines.models.asking import Contestant
 
 
 def ask(

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from forests.frames import Pinhole
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
-from pipelines.importing.entries import Entry, list_entries, list_files, read_person
-from pipelines.importing.layout import Layout, choose_layout, recognised
-from pipelines.importing.plain import GivenCamera, file_layout, folder_layout
-from pipelines.importing.readers import READERS, SUFFIXES
+from pipelines.recordings.entries import Entry, list_entries, list_files, read_person
+from pipelines.recordings.layout import Layout, choose_layout, recognised
+from pipelines.recordings.plain import GivenCamera, file_layout, folder_layout
+from pipelines.recordings.readers import READERS, SUFFIXES
 
 CAMERA_NEEDED = "the camera is needed: give either --camera NAME or --intrinsics FX FY CX CY, or --layout"
 

@@ -15,15 +15,15 @@ from tqdm import tqdm
 
 from forests.estimate import JointEstimate
 from pipelines.corpus.header import write_atomically
+from pipelines.drawing.frames import Picture
+from pipelines.drawing.skeletons import skeleton_panel
+from pipelines.drawing.tiles import sheet, sheet_tile, spread_places
 from pipelines.errors import UserError
-from pipelines.inspect.sheet import Picture
-from pipelines.overlay import skeleton_panel
+from pipelines.models.asking import Contestant
 from pipelines.predicting.ask import ask
 from pipelines.predicting.images import DepthImage, Request
-from pipelines.predicting.sheet import sheet, sheet_tile, spread_places
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
-from pipelines.predictions import Contestant
 
 log = logging.getLogger(__name__)
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
 from forests.frames import Pinhole
-from pipelines.overlay import PixelLabels, overlay
-from pipelines.predictions import Contestant, PixelLabeller
+from pipelines.drawing.skeletons import PixelLabels, overlay
+from pipelines.models.asking import Contestant, PixelLabeller
 
 SCHEMA = "undergrowth skeleton"
 SCHEMA_VERSION = 1

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from forests.rwf.smoothing import SkeletonSmoother
+from forests.smoothing import SkeletonSmoother
 
 FORGOTTEN_S = 0.5
 """A joint, or a person, that was not found for so long is not guessed at any more."""

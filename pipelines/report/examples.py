@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.metrics import errors
+from pipelines.metrics.results import Results
 from pipelines.report.source import Source
-from pipelines.results import Results
 from synth.vocabulary import JointState
 
 ERROR_CAP_M = 0.50

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pipelines.evaluate import file_digest, load_contestant
-from pipelines.predictions import Contestant
+from pipelines.commands.evaluate import file_digest, load_contestant
+from pipelines.models.asking import Contestant
 from pipelines.report.source import Source
 
 

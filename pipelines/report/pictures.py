@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from pipelines.inspect.palette import NO_RETURN, PART_COLOURS
-from pipelines.inspect.sheet import person_window
-from pipelines.overlay import draw_skeleton, grey_depth
+from pipelines.drawing.frames import person_window
+from pipelines.drawing.palette import NO_RETURN, PART_COLOURS
+from pipelines.drawing.skeletons import draw_skeleton, grey_depth
 from synth.camera import Camera
 from synth.frame import Frame
 from synth.vocabulary import BONES, JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, JointState

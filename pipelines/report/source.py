@@ -12,8 +12,8 @@ from pipelines.ablate.document import SCHEMA, SCHEMA_VERSION
 from pipelines.ablate.folder import DOCUMENT_NAME
 from pipelines.corpus import Corpus
 from pipelines.errors import CorpusError, UserError
+from pipelines.metrics.results import Results, Truths, read_results, same_frames
 from pipelines.report.methods import METHODS
-from pipelines.results import Results, Truths, read_results, same_frames
 
 RESAMPLING_SEED = 0
 """The same frames are drawn as for the ablation's own scores."""

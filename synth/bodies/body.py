@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.shape import BodySpec
 from synth.bodies.skeleton import N_DOFS, Skeleton
+from synth.bodies.spec import BodySpec
 from synth.geometry import LabelledMesh
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.occluders import chair, desk, laptop, monitor, office_chair, other, sofa, suitcase, table
+from synth.occluders.furniture import chair, desk, laptop, monitor, office_chair, other, sofa, suitcase, table
 from synth.occluders.kit.linkage import Linkage
 from synth.occluders.kit.spec import Spec
 from synth.occluders.model import Occluder

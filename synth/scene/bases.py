@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.families import FAMILIES, PoseFamily
-from synth.bodies.poselib import PoseLibrary
-from synth.bodies.poses import draw_arms, draw_base
-from synth.bodies.poses_hands import HandTargets
-from synth.bodies.poses_library import place_pose
+from synth.bodies.poses.draw import draw_arms, draw_base
+from synth.bodies.poses.families import FAMILIES, PoseFamily
+from synth.bodies.poses.hands import HandTargets
+from synth.bodies.poses.library import PoseLibrary
+from synth.bodies.poses.place import place_pose
 from synth.scene.config import SPLITS
 from synth.scene.draw import SceneDraw
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.poses import HandTarget, HandTargets
+from synth.bodies.poses.draw import HandTarget, HandTargets
 from synth.geometry import inverse, rotation_about
 from synth.occluders import registry
 from synth.scene.bases import draw_arms_pose

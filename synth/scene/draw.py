@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Pose
-from synth.bodies.kinematics import joint_positions
-from synth.bodies.poselib import PoseLibrary
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.poses.library import PoseLibrary
+from synth.bodies.rig.kinematics import joint_positions
+from synth.bodies.rig.skinning import pose_vertices
 from synth.geometry import LabelledMesh
 from synth.scene.config import SceneConfig
 from synth.scene.placement import PlacedObject

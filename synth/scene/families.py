@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.families import FAMILIES
+from synth.bodies.poses.families import FAMILIES
 from synth.scene.bases import draw_arms_pose, draw_base_pose
 from synth.scene.clutter import add_clutter, push_in_the_way
 from synth.scene.contacts import key_targets, lower_on_lap, push_stroller, table_targets

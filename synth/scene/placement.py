@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from synth.frame import ObjectRecord
 from synth.geometry import transform_points
-from synth.occluders.distance import nearest_point, place
 from synth.occluders.model import Occluder
-from synth.occluders.sweep import free_way, joined
+from synth.occluders.solids.distance import nearest_point, place
+from synth.occluders.solids.sweep import free_way, joined
 from synth.vocabulary import PART_NAMES
 
 EYE_ROOM = 0.25

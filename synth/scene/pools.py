@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import Body
-from synth.bodies.shape import BodySpec, sample_body
-from synth.bodies.skin import make_body
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import BodySpec, sample_body
 from synth.geometry import surface_points
 from synth.occluders import registry
 from synth.occluders.meshlib import IMPORTED, MeshModel

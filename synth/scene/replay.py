@@ -3,8 +3,8 @@
 import numpy as np
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.shape import BodySpec
-from synth.bodies.skin import make_body
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import BodySpec
 from synth.frame import Frame, ObjectRecord
 from synth.occluders import registry
 from synth.occluders.meshlib import IMPORTED, MeshLibrary

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.poses import seat_depth_of, seat_height_of
+from synth.bodies.poses.draw import seat_depth_of, seat_height_of
 from synth.occluders import registry
-from synth.occluders.distance import place
-from synth.occluders.sweep import free_way
+from synth.occluders.solids.distance import place
+from synth.occluders.solids.sweep import free_way
 from synth.scene.bases import draw_base_pose
 from synth.scene.draw import SEAT, Person, SceneDraw
 from synth.scene.placement import PlacedObject, pose_on_floor

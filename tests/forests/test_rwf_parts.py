@@ -11,8 +11,8 @@ from forests.rwf.clusters import find_modes, leaf_clusters
 from forests.rwf.config import SKELETON, UPPER_BODY, RWFConfig
 from forests.rwf.points import draw_way_points, gate_of
 from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs, parents_first, parents_of
-from forests.rwf.smoothing import SkeletonSmoother, SmoothingConfig
 from forests.rwf.start import start_point, upper_body_box
+from forests.smoothing import SkeletonSmoother, SmoothingConfig
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 NAMES = tuple(name for name, _ in SKELETON)

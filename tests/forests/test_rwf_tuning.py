@@ -6,7 +6,7 @@ import pytest
 from forests.frames import LabelTable
 from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
-from forests.rwf.tuning import View, fit_logistic, least_worth, step_budgets, tune
+from forests.rwf.tune import View, fit_logistic, least_worth, step_budgets, tune
 from forests.rwf.walk import WalkPlan
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 

@@ -14,14 +14,14 @@ from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import Selection
 from pipelines.ablate.plan import make_plan
 from pipelines.ablate.table import GROUPS, Resampling, pair_scores, row_scores
-from pipelines.checkpoints import TreeFolder
 from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.metrics import MEASURES, compare, draw_frames, read_truths, summarise
-from pipelines.predictions import Contestant, predict_frames
-from pipelines.results import read_results
-from synth.bodies import poselib
+from pipelines.metrics.results import read_results
+from pipelines.models.asking import Contestant, predict_frames
+from pipelines.models.checkpoints import TreeFolder
+from synth.bodies.poses import library
 from synth.occluders import meshlib
 from synth.vocabulary import JOINT_NAMES
 
@@ -148,7 +148,7 @@ QUESTIONS = ("--questions", "trees", "pixels", "imported")
 
 def write_settings(folder):
     """A TOML file of settings, and the libraries that it names."""
-    poselib.write_library(folder / "poses.lib", poses_of("test"))
+    library.write_library(folder / "poses.lib", poses_of("test"))
     meshlib.write_library(folder / "objects.lib", objects_of("test"))
     toml = folder / "tiny.toml"
     paths = {f"test_{name}": folder / f"{name}.lib" for name in ("poses", "objects")}

@@ -13,7 +13,7 @@ from pipelines.ablate.config import ROWS, AblationConfig, CorpusConfig, load_con
 from pipelines.ablate.libraries import Libraries, Library
 from pipelines.ablate.plan import QUESTIONS, make_plan
 from pipelines.cli import main
-from synth.bodies import poselib
+from synth.bodies.poses import library
 from synth.occluders import meshlib
 from synth.scene import SceneConfig
 
@@ -264,7 +264,7 @@ def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
 )
 def test_libraries_that_cannot_be_tested_on_are_one_line(tmp_path, capsys, monkeypatch, words, message):
     monkeypatch.chdir(tmp_path)
-    poselib.write_library(Path("POSES"), poses_of("train"))
+    library.write_library(Path("POSES"), poses_of("train"))
     meshlib.write_library(Path("OBJECTS"), objects_of("train"))
     Path("CUT").write_bytes(Path("OBJECTS").read_bytes()[:-100])
     assert main(["ablate", "--size", "demo", "--out", "a", *words]) == 1

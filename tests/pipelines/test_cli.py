@@ -40,6 +40,6 @@ def test_an_interrupt_ends_quietly(monkeypatch, toy_corpus, capsys):
     def interrupted(self):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipelines.verify.VerifySettings.run", interrupted)
+    monkeypatch.setattr("pipelines.commands.verify.VerifySettings.run", interrupted)
     assert main(["verify", str(toy_corpus.path)]) == 130
     assert capsys.readouterr().err == "undergrowth: interrupted\n"

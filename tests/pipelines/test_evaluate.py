@@ -17,13 +17,13 @@ from forests.oarf.storage import quantised, save_model
 from forests.oarf.tune import untuned
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from pipelines.cli import main
+from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
-from pipelines.evaluate import load_contestant
 from pipelines.metrics import MEASURES, read_truths
-from pipelines.predictions import Contestant, contestant_of, predict_frames
-from pipelines.results import read_results
+from pipelines.metrics.results import read_results
+from pipelines.models.asking import Contestant, contestant_of, predict_frames
 from synth.vocabulary import JOINT_NAMES, OCCLUDER_CODE, JointState
 
 
@@ -84,7 +84,7 @@ def evaluated(toy_corpus, monkeypatch, capsys):
     def run(predictor, *options, corpus=toy_corpus):
         contestant = contestant_of("forest", predictor)
         about = {"name": "forest.safetensors", "digest": "00", "config": {"n_trees": 3}}
-        monkeypatch.setattr("pipelines.evaluate.load_contestant", lambda path: (contestant, about))
+        monkeypatch.setattr("pipelines.commands.evaluate.load_contestant", lambda path: (contestant, about))
         code = main(["evaluate", "forest.safetensors", str(corpus.path), "--resamples", "30", *options])
         out, err = capsys.readouterr()
         assert (code, err) == (0, "")

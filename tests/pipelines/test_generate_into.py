@@ -9,22 +9,22 @@ import pytest
 from toy_walker import CAMERA, HEIGHT_M, NAMES, TILT_DEG, import_recording, write_recording
 
 from pipelines.cli import main
-from pipelines.composing.floor import Floor, find_floor, fit_floor
-from pipelines.composing.source import spread_over
+from pipelines.commands.generate import GenerateSettings, generate
+from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus
 from pipelines.errors import CorpusError, UserError
-from pipelines.generate import GenerateSettings, generate
-from pipelines.verify import faults
+from pipelines.generation.composed import spread_over
+from pipelines.generation.floor import Floor, find_floor, fit_floor
 from synth.geometry import inverse, transform_points
 from synth.occluders import registry
-from synth.occluders.distance import solid_distances
+from synth.occluders.solids.distance import solid_distances
 from synth.render.labels import JOINT_RADIUS, measure_visibility
 from synth.render.overlay import as_measured, lay_over
 from synth.render.rasterize import Renderer
 from synth.render.records import RenderedPair, RenderObject
 from synth.scene import SceneConfig
-from synth.scene.recorded import ComposeConfig, ComposeWeights
-from synth.scene.recorded.person import THICKNESS, person_of
+from synth.scene.composed import ComposeConfig, ComposeWeights
+from synth.scene.composed.person import THICKNESS, person_of
 from synth.vocabulary import OCCLUDER_CODE, JointState
 
 N_FRAMES = 70

@@ -12,20 +12,20 @@ from scipy.sparse.csgraph import dijkstra
 from toy_recording import ANNOTATION, CAMERA, LAYOUT, NAMES, silhouette, standing, write_layout, write_recording
 
 from pipelines.cli import main
+from pipelines.commands.generate import generate
+from pipelines.commands.import_depth import DepthSettings, parse_shares
+from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus
+from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
-from pipelines.generate import generate
-from pipelines.importing import geodesic
-from pipelines.importing.bones import bones_of
-from pipelines.importing.depth import DepthSettings, parse_shares
-from pipelines.importing.foreground import cut_out, drop_blobs
-from pipelines.importing.layout import Box, Layout, known_layouts, read_layout
-from pipelines.importing.readers import read_image
-from pipelines.laws import broken_laws
 from pipelines.metrics import read_truths
 from pipelines.metrics.groups import by_state
-from pipelines.verify import faults
+from pipelines.recordings import geodesic
+from pipelines.recordings.bones import bones_of
+from pipelines.recordings.foreground import cut_out, drop_blobs
+from pipelines.recordings.layout import Box, Layout, known_layouts, read_layout
+from pipelines.recordings.readers import read_image
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
 
 REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
@@ -188,7 +188,7 @@ def test_all_formats_give_the_same_depth(tmp_path, big_endian):
 
 
 def test_packed_copies_repeat_what_was_written():
-    from pipelines.importing.pcd import _unpack
+    from pipelines.recordings.pcd import _unpack
 
     out = np.empty(8, np.uint8)
     # Two literals 7 and 9, then six bytes from two places back.

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipelines.commands.generate import GenerateSettings
 from pipelines.errors import UserError
-from pipelines.generate import GenerateSettings
 from pipelines.importing.meshes import MeshSettings, import_meshes
 from synth.occluders.imported.sizes import TO_UPRIGHT
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pipelines.cli import main
+from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus
 from pipelines.importing.mocap import MocapSettings, import_mocap, split_of, trial_and_subject
-from pipelines.verify import faults
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
-from synth.bodies.poselib import read_library
+from synth.bodies.poses.library import read_library
 from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root, with_axes_anywhere
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "mocap"

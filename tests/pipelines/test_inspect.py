@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from pipelines.cli import main
-from pipelines.inspect import palette
-from pipelines.inspect.sheet import contact_sheet, joints_picture, pictures
+from pipelines.drawing import palette
+from pipelines.drawing.frames import contact_sheet, joints_picture, pictures
 from pipelines.inspect.statistics import camera_azimuth, histogram, statistics_of
 from synth.geometry import look_at, rotation_about
 from synth.vocabulary import JOINT_NAMES

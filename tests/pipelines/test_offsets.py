@@ -13,9 +13,9 @@ from forests.estimate import JointEstimate
 from pipelines.cli import main
 from pipelines.corpus import Corpus, Order, write_corpus
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.offsets import LEAST_FRAMES, body_axes, frames_apart, learn_offsets, upwards, with_offsets
-from pipelines.predictions import Contestant
-from pipelines.results import read_results
+from pipelines.metrics.offsets import LEAST_FRAMES, body_axes, frames_apart, learn_offsets, upwards, with_offsets
+from pipelines.metrics.results import read_results
+from pipelines.models.asking import Contestant
 from synth.vocabulary import JOINT_NAMES
 
 JOINTS = ("head", "r_shoulder", "l_shoulder")
@@ -142,7 +142,9 @@ def unsplit(tmp_path_factory):
 def evaluated(monkeypatch, capsys):
     def run(corpus, *options, code=0):
         contestant = Contestant("forest", Lower(corpus), JOINT_NAMES)
-        monkeypatch.setattr("pipelines.evaluate.load_contestant", lambda path: (contestant, {"name": "forest"}))
+        monkeypatch.setattr(
+            "pipelines.commands.evaluate.load_contestant", lambda path: (contestant, {"name": "forest"})
+        )
         assert main(["evaluate", "forest", str(corpus.path), "--resamples", "5", *options]) == code
         return capsys.readouterr()
 

@@ -21,10 +21,10 @@ from forests.rwf.start import upper_foreground_box
 from forests.rwf.storage import save_model as save_rwf
 from forests.rwf.train import train_rwf
 from pipelines.cli import main
+from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.evaluate import load_contestant
+from pipelines.drawing.tiles import N_SHOWN, spread_places
 from pipelines.predicting.ask import ask
-from pipelines.predicting.sheet import N_SHOWN, spread_places
 from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 

@@ -14,10 +14,10 @@ from toy_recording import LAYOUT, NAMES, silhouette, standing, write_layout, wri
 from forests.estimate import JointEstimate
 from pipelines.cli import main
 from pipelines.errors import UserError
-from pipelines.importing.layout import read_layout
 from pipelines.metrics import read_truths
-from pipelines.predictions import Contestant
-from pipelines.recorded import N_ASKED, N_SHOWN, Folder, ask_recording
+from pipelines.models.asking import Contestant
+from pipelines.predicting.recording import N_ASKED, N_SHOWN, Folder, ask_recording
+from pipelines.recordings.layout import read_layout
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 
 KNOWN = [name for name in NAMES if not name.endswith("_hip")]

@@ -15,8 +15,9 @@ from pipelines.ablate.config import AblationConfig
 from pipelines.ablate.document import PAPER_MAP_10CM
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.cli import main
+from pipelines.commands.evaluate import file_digest
+from pipelines.commands.report import report_page
 from pipelines.corpus.header import software_versions
-from pipelines.evaluate import file_digest
 from pipelines.metrics import (
     MEASURES,
     by_hiding_class,
@@ -30,16 +31,15 @@ from pipelines.metrics import (
 )
 from pipelines.metrics.document import pixel_values
 from pipelines.metrics.pixels import Confusion
-from pipelines.predictions import Contestant
+from pipelines.metrics.results import write_results
+from pipelines.models.asking import Contestant
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
-from pipelines.report.command import report_page
 from pipelines.report.examples import PLACES, Place, at_quantiles
 from pipelines.report.markup import table
 from pipelines.report.methods import METHODS
 from pipelines.report.pictures import TILE_WIDTH
 from pipelines.report.source import read_source
 from pipelines.report.text import MINUS, NOTHING, SPACE, UNITS, number, p_value, with_interval
-from pipelines.results import write_results
 from synth.vocabulary import JointState
 
 N_RESAMPLES = 40

@@ -7,7 +7,7 @@ import pytest
 from toy_results import measured, results_of, truths_of
 
 from pipelines.errors import UserError
-from pipelines.results import read_results, write_results
+from pipelines.metrics.results import read_results, write_results
 
 
 class TestRows:

@@ -6,7 +6,7 @@ import types
 
 import numpy as np
 
-from pipelines.torch_dataset import torch_dataset
+from pipelines.corpus.torch_dataset import torch_dataset
 
 
 def test_without_torch_items_are_numpy_arrays(toy_corpus, monkeypatch):

@@ -8,8 +8,8 @@ import pytest
 
 from forests.modelfile import read_model, write_model
 from forests.oarf.storage import load_model
-from pipelines.checkpoints import TreeFolder
 from pipelines.cli import main
+from pipelines.models.checkpoints import TreeFolder
 
 OPTIONS = (
     "--n-trees", "3", "--seed", "5", "--n-pixels", "60", "--n-occluder-pixels", "60", "--max-frames", "40",

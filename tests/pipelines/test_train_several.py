@@ -10,12 +10,12 @@ from forests.frames import DepthFrame
 from forests.modelfile import read_model
 from forests.oarf.forest import train as train_oarf
 from forests.oarf.storage import load_model, pack_model
-from pipelines.checkpoints import TreeFolder
 from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.corpus.joined import JoinedFrames, open_corpora, sensors_of
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import CorpusError
+from pipelines.models.checkpoints import TreeFolder
 from synth.vocabulary import JOINT_NAMES
 
 KNOWN = [name for name in NAMES if name != "torso"]

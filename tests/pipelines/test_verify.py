@@ -8,10 +8,10 @@ import pytest
 from toy_source import ToySource
 
 from pipelines.cli import main
+from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus.laws import broken_laws
 from pipelines.errors import CorpusError
-from pipelines.laws import broken_laws
-from pipelines.verify import faults
 
 
 def test_a_sound_corpus_has_no_faults(toy_corpus, capsys):

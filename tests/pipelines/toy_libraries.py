@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from synth.bodies.poselib import FOOT_FLAT, PoseLibrary, Trial
+from synth.bodies.poses.library import FOOT_FLAT, PoseLibrary, Trial
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import Triangles
 from synth.occluders.meshlib import MeshLibrary

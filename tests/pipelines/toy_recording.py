@@ -5,8 +5,8 @@ import json
 import cv2
 import numpy as np
 
-from pipelines.importing.bones import bones_of
-from pipelines.importing.layout import known_layouts
+from pipelines.recordings.bones import bones_of
+from pipelines.recordings.layout import known_layouts
 from synth.camera import Camera
 from synth.vocabulary import JOINT_NAMES
 

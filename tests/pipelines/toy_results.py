@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.metrics import every_frame_once, statistics_of
-from pipelines.results import Results, Truths
+from pipelines.metrics.results import Results, Truths
 
 JOINTS = ("head", "neck", "torso")
 

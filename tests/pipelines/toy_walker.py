@@ -5,9 +5,9 @@ import json
 import cv2
 import numpy as np
 
-from pipelines.generate import generate
-from pipelines.importing.depth import DepthSettings
-from pipelines.importing.poses import camera_pose
+from pipelines.commands.generate import generate
+from pipelines.commands.import_depth import DepthSettings
+from pipelines.recordings.poses import camera_pose
 from synth.camera import Camera
 from synth.geometry import inverse, transform_points
 from synth.vocabulary import BONES, JOINT_NAMES

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from synth.bodies.ik import CHAINS, FOOT_LINK, HAND_LINK, Goal, solve_limb
-from synth.bodies.kinematics import link_transforms
+from synth.bodies.rig.ik import CHAINS, FOOT_LINK, HAND_LINK, Goal, solve_limb
+from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.skeleton import LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.75))

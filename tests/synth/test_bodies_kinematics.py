@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from synth.bodies.body import Pose
-from synth.bodies.kinematics import joint_positions, link_transforms, mirror_pose
+from synth.bodies.rig.kinematics import joint_positions, link_transforms, mirror_pose
 from synth.bodies.skeleton import DOF_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 from synth.geometry import rotation_about, translation
 from synth.vocabulary import JOINT_NAMES, MIRRORED_JOINT

@@ -5,10 +5,8 @@ import pytest
 import trimesh
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.collision import self_collides, worst_collision
-from synth.bodies.families import FAMILIES
-from synth.bodies.kinematics import joint_positions, link_transforms
-from synth.bodies.poses import (
+from synth.bodies.poses.draft import landmarks_of
+from synth.bodies.poses.draw import (
     HandTarget,
     HandTargets,
     draw_arms,
@@ -17,11 +15,13 @@ from synth.bodies.poses import (
     seat_depth_of,
     seat_height_of,
 )
-from synth.bodies.poses_draft import landmarks_of
-from synth.bodies.shape import BodySpec
+from synth.bodies.poses.families import FAMILIES
+from synth.bodies.rig.collision import self_collides, worst_collision
+from synth.bodies.rig.kinematics import joint_positions, link_transforms
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.spec import BodySpec
 from synth.vocabulary import JOINT_NAMES
 
 SPECS = (

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from synth.bodies.body import Pose
-from synth.bodies.figure import DENSITY, enclosed_volume
-from synth.bodies.shape import BOTTOMS, HAIRS, HEADWEARS, SHOES, TOPS, BodySpec, sample_body
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.figure import DENSITY, enclosed_volume
+from synth.bodies.shape.make import make_body, sole_height
 from synth.bodies.skeleton import DOF_IDX, N_DOFS
-from synth.bodies.skin import make_body, sole_height
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.spec import BOTTOMS, HAIRS, HEADWEARS, SHOES, TOPS, BodySpec, sample_body
 
 NAKED = [
     BodySpec(1.76, 78.0, 1.0, 30.0),

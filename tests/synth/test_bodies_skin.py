@@ -7,14 +7,14 @@ import pytest
 import trimesh
 
 from synth.bodies.body import Pose
-from synth.bodies.figure import enclosed_volume
-from synth.bodies.kinematics import joint_positions, link_transforms
-from synth.bodies.markers import markers
-from synth.bodies.shape import BodySpec, sample_body
+from synth.bodies.rig.kinematics import joint_positions, link_transforms
+from synth.bodies.rig.markers import markers
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.figure import enclosed_volume
+from synth.bodies.shape.make import evened, make_body
+from synth.bodies.shape.template import template
 from synth.bodies.skeleton import BONE_LINKS, DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
-from synth.bodies.skin import evened, make_body
-from synth.bodies.skinning import pose_vertices
-from synth.bodies.template import template
+from synth.bodies.spec import BodySpec, sample_body
 from synth.vocabulary import MIRRORED_PART, N_PARTS, PART
 
 TEMPLATES = ("template", "template_skirt", "template_long_skirt")

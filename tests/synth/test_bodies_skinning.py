@@ -3,8 +3,8 @@ import pytest
 import trimesh
 
 from synth.bodies.body import Body, Pose, SkinWeights
+from synth.bodies.rig.skinning import DUAL_SHARE, pose_vertices, posed_mesh
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
-from synth.bodies.skinning import DUAL_SHARE, pose_vertices, posed_mesh
 from synth.geometry import LabelledMesh, rotation_about, transform_points, translation
 from tests.reference_bodies import skin_slow
 

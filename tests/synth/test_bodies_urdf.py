@@ -3,11 +3,11 @@ import pytest
 import trimesh
 import yourdfpy
 
-from synth.bodies.kinematics import link_transforms
-from synth.bodies.shape import BodySpec
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.rig.urdf import link_name, skin_pieces, write_urdf
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import AXES, DOFS, LOWER, N_DOFS, N_LINKS, UPPER
-from synth.bodies.skin import make_body
-from synth.bodies.urdf import link_name, skin_pieces, write_urdf
+from synth.bodies.spec import BodySpec
 
 BODY = make_body(BodySpec(1.76, 72.0, 1.0, 35.0))
 

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from synth.bodies.body import Body
-from synth.bodies.collision import self_collides
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.ground import find_support
 from synth.bodies.mocap.source import read_source
-from synth.bodies.poselib import (
+from synth.bodies.poses.draft import landmarks_of
+from synth.bodies.poses.draw import seat_contact, seat_height_of
+from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
     FOOT_UP,
@@ -24,13 +25,12 @@ from synth.bodies.poselib import (
     read_library,
     write_library,
 )
-from synth.bodies.poses import seat_contact, seat_height_of
-from synth.bodies.poses_draft import landmarks_of
-from synth.bodies.poses_library import place_pose
-from synth.bodies.shape import BodySpec
+from synth.bodies.poses.place import place_pose
+from synth.bodies.rig.collision import self_collides
+from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, UPPER
-from synth.bodies.skin import make_body
-from synth.bodies.skinning import pose_vertices
+from synth.bodies.spec import BodySpec
 from synth.geometry import axis_angle
 from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from synth.bodies.kinematics import link_transforms
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.retarget_kernels import HAND_WEIGHT, LIMB_WEIGHT, ball_start
 from synth.bodies.mocap.select import unlike_poses
 from synth.bodies.mocap.source import Source, read_source
+from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, MIRRORED_DOF, MIRRORED_SIGN, UPPER
 from synth.geometry import axis_angle
 from tests.mocap_files import SKELETON, STAND, bvh_text, degrees, random_angles, standing_root

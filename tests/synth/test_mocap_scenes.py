@@ -6,8 +6,8 @@ import igl
 import numpy as np
 import pytest
 
-from synth.bodies.poselib import FOOT_DOWN, FOOT_FLAT, PoseLibrary, Trial
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.poses.library import FOOT_DOWN, FOOT_FLAT, PoseLibrary, Trial
+from synth.bodies.rig.skinning import posed_mesh
 from synth.frame import Frame
 from synth.geometry import surface_points
 from synth.scene import FrameSource, PoseMix, SceneConfig, SceneWeights

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from synth.occluders.distance import solid_distances
 from synth.occluders.registry import GENERATORS, KINDS, from_plain, generator, make, sample, to_plain
+from synth.occluders.solids.distance import solid_distances
 from synth.vocabulary import OCCLUDER_CLASSES
 
 EVERY_KIND = pytest.mark.parametrize("kind", list(GENERATORS))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from synth.geometry import surface_points
-from synth.occluders.distance import solid_distances
 from synth.occluders.imported.boxes import fill_with_boxes, solids_of
 from synth.occluders.imported.levels import find_level
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_closed, reduced, sampled
 from synth.occluders.imported.sizes import TO_UPRIGHT
 from synth.occluders.meshlib import MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
+from synth.occluders.solids.distance import solid_distances
 from synth.scene import FrameSource, ObjectMix, SceneConfig, SceneWeights
 from synth.scene.replay import occluder_of
 

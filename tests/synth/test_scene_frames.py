@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from synth.bodies.families import FAMILIES
+from synth.bodies.poses.families import FAMILIES
 from synth.frame import Frame
 from synth.render.labels import IS_PART_OF_JOINT
 from synth.scene import FrameSource, SceneConfig, SceneWeights
@@ -88,7 +88,7 @@ def test_splits_share_no_subject_object_or_pose(frames: list[Frame]) -> None:
 
 
 def test_the_person_of_a_frame_comes_back(frames: list[Frame]) -> None:
-    from synth.bodies.kinematics import joint_positions
+    from synth.bodies.rig.kinematics import joint_positions
     from synth.geometry import inverse, transform_points
 
     body, pose = person_of(frames[7])

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 
-from synth.bodies.skinning import posed_mesh
+from synth.bodies.rig.skinning import posed_mesh
 from synth.geometry import LabelledMesh, surface_points
 from synth.scene import FrameSource, SceneConfig, SceneWeights
 from synth.scene.replay import occluder_of, person_of

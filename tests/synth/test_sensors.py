@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.render.presets import CAMERAS
-from synth.render.sensor_geometry import (
+from synth.render.sensors.geometry import (
     disparity_of,
     drop_unsupported,
     hidden_from_right,
     incidence_cosine,
     smooth_noise,
 )
-from synth.render.sensor_stereo import ActiveStereo
-from synth.render.sensor_structured_light import StructuredLight
-from synth.render.sensor_time_of_flight import TimeOfFlight
-from synth.render.sensors import SENSOR_NAMES, apply_sensor, sensor
+from synth.render.sensors.models import SENSOR_NAMES, apply_sensor, sensor
+from synth.render.sensors.stereo import ActiveStereo
+from synth.render.sensors.structured_light import StructuredLight
+from synth.render.sensors.time_of_flight import TimeOfFlight
 
 REAL = [name for name in SENSOR_NAMES if name != "ideal"]
 OWN_CAMERA = {

@@ -3,8 +3,8 @@ import pytest
 import trimesh
 
 from synth.geometry import transform_points
-from synth.occluders.distance import nearest_point, solid_distances
 from synth.occluders.model import BOX, CAPSULE, CYLINDER, Solids
+from synth.occluders.solids.distance import nearest_point, solid_distances
 
 
 def random_pose(rng):

@@ -5,10 +5,10 @@ import pytest
 import trimesh
 
 from synth.geometry import transform_points
-from synth.occluders.distance import solid_distances
 from synth.occluders.kit.shapes import oval
 from synth.occluders.model import BOX, CAPSULE, Solids
 from synth.occluders.registry import GENERATORS, make
+from synth.occluders.solids.distance import solid_distances
 
 CENTIMETRE = 0.01
 

@@ -5,8 +5,8 @@ import pytest
 
 from synth.geometry import LabelledMesh, surface_points
 from synth.occluders import registry
-from synth.occluders.distance import place, solid_distances
-from synth.occluders.sweep import TOLERANCE, free_way, joined
+from synth.occluders.solids.distance import place, solid_distances
+from synth.occluders.solids.sweep import TOLERANCE, free_way, joined
 from synth.scene.placement import pose_on_floor
 
 KINDS = ["table", "pram", "office_chair", "suitcase", "boxes"]

@@ -25,12 +25,12 @@ from pipelines.metrics.comparing import Difference
 from pipelines.metrics.document import number as known
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.metrics.resampling import Mean
+from pipelines.metrics.results import Results, Truths
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis, row_chart
 from pipelines.report.markup import Section, figures, left_out, legend, paragraph, table
 from pipelines.report.methods import METHODS, Method, pair_name
 from pipelines.report.source import Source
 from pipelines.report.text import counted, number, p_value, with_interval
-from pipelines.results import Results, Truths
 from synth.vocabulary import JointState
 
 _STATES: Mapping[str, str] = {"occluded": "occluded joints", "non_occluded": "non-occluded joints"}

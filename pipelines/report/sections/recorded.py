@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
 from pipelines.metrics.measures import WITHIN_M
-from pipelines.recorded import N_ASKED, Recording, Shown, known_joints
+from pipelines.predicting.recording import N_ASKED, Recording, Shown, known_joints
 from pipelines.report.markup import Section, items, paragraph, table
 from pipelines.report.methods import METHODS
 from pipelines.report.pictures import View, depth_picture, image_tag, skeleton_picture

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.kinematics import AXIS_IDX, AXIS_SIGN
 from synth.bodies.mocap.retarget_kernels import MotionArrays, solve_motion
 from synth.bodies.mocap.source import Source
+from synth.bodies.rig.kinematics import AXIS_IDX, AXIS_SIGN
 from synth.bodies.skeleton import DOF_IDX, LOWER, N_DOFS, PARENT_LINK, UPPER, Lengths, make_skeleton
 
 _TRUNK = (

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from synth.bodies.ik_kernels import GoalArrays, solve_chain
-from synth.bodies.kinematics import place_links
+from synth.bodies.rig.ik_kernels import GoalArrays, solve_chain
+from synth.bodies.rig.kinematics import place_links
 
 LIMB_WEIGHT = 0.2
 """Strength of a limb's direction [m/rad], beside which the rest is weak."""

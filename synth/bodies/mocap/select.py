@@ -5,8 +5,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from synth.bodies.body import Pose
-from synth.bodies.kinematics import joint_positions
 from synth.bodies.mocap.retarget import Retargeted
+from synth.bodies.rig.kinematics import joint_positions
 from synth.bodies.skeleton import Lengths, make_skeleton
 
 

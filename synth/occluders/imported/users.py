@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.geometry import translation
+from synth.occluders.furniture.laptop import KEY_PITCH
 from synth.occluders.imported.levels import Level, find_level
 from synth.occluders.imported.shape import MeshError, Triangles, sampled
 from synth.occluders.imported.sizes import SIZES
-from synth.occluders.laptop import KEY_PITCH
 from synth.occluders.model import Anchor
 
 Array = NDArray[np.float64]

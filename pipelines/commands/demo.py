@@ -1,0 +1,114 @@
+"""undergrowth demo: the whole story at a small size, from frames to a report."""
+
+import logging
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pipelines.ablate.config import Size
+from pipelines.ablate.terminal import table_lines
+from pipelines.commands.ablate import AblateSettings, ablate, usable_cores
+from pipelines.commands.report import recordings_of, write_report
+from pipelines.drawing.tiles import spread_places
+from pipelines.inspect import inspect
+from pipelines.predicting.images import layout_requests, recording_layout
+from pipelines.predicting.recording import N_ASKED, Folder, Recording
+from pipelines.predicting.sequence import SHEET_NAME, Asked, Way
+from pipelines.recordings.entries import list_files
+from pipelines.recordings.layout import Foreground
+from pipelines.recordings.plain import GivenCamera
+from pipelines.report.methods import METHODS
+from pipelines.report.models import first_models
+from pipelines.report.sections.recorded import shown_methods
+from pipelines.report.source import Source, read_source
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class DemoSettings:
+    """Makes frames, trains all forests on them, scores them, writes the report; minutes at the size demo.
+
+    Run again, it goes on where it was interrupted. With --real it ends with skeletons on recorded depth.
+
+    Attributes:
+        out: Folder for corpus, models, scores, pictures and the report.
+        size: Which settings of `undergrowth ablate`.
+        config: TOML file with any of those settings; they go before the size's.
+        threads: Threads, and processes that make frames; the scores do not depend on it.
+        real: Folder of recorded depth images that the forests are asked about.
+        layout: Name of its layout, or a .toml file; by default found from its contents.
+        camera: Camera preset of plain depth files, which no layout describes.
+        far: Farthest depth of the person in plain depth files [m]; 0 = all that they show.
+    """
+
+    out: Path = Path("out/demo")
+    size: Size = "demo"
+    config: Path | None = None
+    threads: int = field(default_factory=usable_cores)
+    real: Path | None = None
+    layout: str | None = None
+    camera: str | None = None
+    far: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.far < 0.0:
+            raise ValueError(f"far={self.far} must be positive, or 0 for all")
+        if self.real is None and (self.layout or self.camera):
+            raise ValueError("layout and camera say how a folder of recordings reads: give real too")
+        if self.far and not self.camera:
+            raise ValueError("far cuts plain depth files, whose camera is given; layouts have their own")
+
+    def run(self) -> int:
+        """Runs all steps; ends with the table and the report's path."""
+        folder = None if self.real is None else self._folder(self.real)
+        results = self.out / "ablation"
+        document = ablate(AblateSettings(self.size, self.config, results, threads=self.threads))
+        source = read_source(results)
+        recordings = recordings_of(source, [folder] if folder else [])
+        write_report(source, self.out / "report.html", recordings)
+        if source.corpus is not None:
+            log.info("frames: %s", inspect(source.corpus, self.out / "inspect")[0])
+        for line in table_lines(document):
+            log.info("%s", line)
+        log.info("")
+        n_skipped = 0
+        if folder is not None:
+            n_skipped = draw_recording(source, folder, self.out / "recorded" / recordings[0].name)
+            tell_scores(recordings[0])
+        log.info("report: %s", self.out / "report.html")
+        return 1 if n_skipped else 0
+
+    def _folder(self, path: Path) -> Folder:
+        """How the folder of recordings reads, found before minutes of training."""
+        camera = GivenCamera(self.camera) if self.camera else None
+        name, layout = recording_layout(path, self.layout, camera)
+        if self.far:
+            layout = replace(layout, foreground=Foreground(0.0, self.far))
+        return Folder(path, name, layout)
+
+
+def draw_recording(source: Source, folder: Folder, out: Path) -> int:
+    """Draws what the forests that the report shows find in its frames of a folder: a picture each, and a sheet.
+
+    Returns:
+        How many images could not be read.
+    """
+    models = first_models(source)
+    requests = layout_requests(list_files(folder.path, folder.layout.files), folder.name, folder.layout)
+    chosen = [requests[place] for place in spread_places(len(requests), N_ASKED)]
+    n_skipped = 0
+    for name in shown_methods(tuple(models)):
+        there = out / name
+        there.mkdir(parents=True, exist_ok=True)
+        n_skipped = Asked(models[name].contestant, models[name].about, Way(lists=False), there).several(chosen)
+        log.info("skeletons, %s: %s", METHODS[name].name, there / SHEET_NAME)
+    return n_skipped
+
+
+def tell_scores(recording: Recording) -> None:
+    """Says how many of the known joints of a recording each method finds."""
+    for name, score in recording.scores.items():
+        log.info(
+            "%s, %s: %.1f %% of %d known joints within 10 cm, mean error %.1f cm",
+            recording.name, METHODS[name].name, 100 * score.within, score.n_joints, 100 * score.mean_m,
+        )  # fmt: skip

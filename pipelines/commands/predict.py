@@ -1,0 +1,117 @@
+"""undergrowth predict: the joints in depth images, as JSON and drawn."""
+
+import logging
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from pipelines.commands.evaluate import load_contestant
+from pipelines.errors import UserError
+from pipelines.predicting.images import Request, corpus_requests, recorded_requests
+from pipelines.predicting.sequence import LINES_NAME, SHEET_NAME, Asked, Way
+from pipelines.recordings.plain import GivenCamera
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class PredictSettings:
+    """Finds the joints of the one person in each depth image; writes NAME.json and NAME.overlay.png.
+
+    Of several images it writes skeletons.jsonl and sheet.png too; those that cannot be read are left out.
+
+    Attributes:
+        model: The model's file.
+        depth: A folder of recordings, or depth files: PNG, .npy, .raw, .pcd, .h5.
+        out: Folder of what is written.
+        layout: Name of a known layout or a .toml file; by default found from the folder's contents.
+        camera: Camera preset of images that no layout describes.
+        intrinsics: fx fy cx cy of the images [px], instead of a preset.
+        every: Take one image of so many.
+        corpus: Take the images from a corpus instead of files.
+        frame: Frame numbers in the corpus.
+        sensor: Sensor model for the corpus' depth; by default clean depth.
+        box: left top right bottom [px], right and bottom excluded: where the person is; by default everywhere.
+        near: Cut away what is nearer [m].
+        far: Cut away what is farther [m].
+        smooth: The images are a sequence; smooth the joints over time.
+        fps: Images a second of the sequence, before one of `every` is taken.
+        pictures: Write NAME.overlay.png of every image.
+    """
+
+    model: Annotated[Path, tyro.conf.Positional]
+    depth: Annotated[tuple[Path, ...], tyro.conf.Positional] = ()
+    out: Path = Path("out/predict")
+    layout: str | None = None
+    camera: str | None = None
+    intrinsics: tuple[float, float, float, float] | None = None
+    every: int = 1
+    corpus: Path | None = None
+    frame: tuple[int, ...] = ()
+    sensor: str | None = None
+    box: tuple[int, int, int, int] | None = None
+    near: float = 0.0
+    far: float = math.inf
+    smooth: bool = False
+    fps: float = 30.0
+    pictures: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.near < self.far:
+            raise ValueError(f"near={self.near} and far={self.far} must be 0 <= near < far [m]")
+        if self.box is not None and not (self.box[0] < self.box[2] and self.box[1] < self.box[3]):
+            raise ValueError(f"box={self.box} must be left top right bottom, left < right, top < bottom")
+        if self.every < 1:
+            raise ValueError(f"every={self.every} must be at least 1")
+        if not 0.0 < self.fps < math.inf:
+            raise ValueError(f"fps={self.fps} must be above 0")
+
+    def run(self) -> int:
+        """Asks the model about every image.
+
+        Raises:
+            UserError: Inputs that contradict one another, or images that were left out.
+        """
+        self._check_inputs()
+        contestant, about = load_contestant(self.model)
+        self.out.mkdir(parents=True, exist_ok=True)
+        requests = self._requests()
+        way = Way(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
+        asked = Asked(contestant, about, way, self.out)
+        if len(requests) == 1:
+            asked.one(requests[0])
+            return 0
+        n_skipped = asked.several(requests)
+        log.info("%d images: %s, %s", len(requests) - n_skipped, self.out / LINES_NAME, self.out / SHEET_NAME)
+        if n_skipped:
+            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {LINES_NAME} tells why")
+        return 0
+
+    def _check_inputs(self) -> None:
+        """Refuses inputs that contradict one another."""
+        if (self.corpus is None) == (not self.depth):
+            raise UserError("give depth images, or --corpus DIR --frame N")
+        if self.corpus is not None:
+            if not self.frame or self.camera or self.intrinsics or self.layout:
+                raise UserError("--corpus needs --frame N, and brings its camera")
+            if self.smooth:
+                raise UserError("--smooth needs a sequence of files; frames of a corpus are none")
+            return
+        if self.frame or self.sensor:
+            raise UserError("--frame and --sensor need --corpus DIR")
+
+    def _requests(self) -> list[Request]:
+        """All images that are asked about, not read yet."""
+        if self.corpus is not None:
+            return corpus_requests(self.corpus, self.frame, self.sensor)
+        is_given = self.camera is not None or self.intrinsics is not None
+        camera = GivenCamera(self.camera or "", self.intrinsics) if is_given else None
+        requests = recorded_requests(self.depth, self.layout, camera)
+        names = [request.name for request in requests]
+        if len(set(names)) < len(names):
+            twice = min(name for name in names if names.count(name) > 1)
+            raise UserError(f"several images are called {twice}: what is written would mix")
+        return requests[:: self.every]

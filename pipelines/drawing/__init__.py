@@ -1,0 +1,1 @@
+"""Pictures: colours, frames, skeletons, contact sheets; all BGR arrays, as OpenCV draws."""

@@ -1,0 +1,1 @@
+"""Models of every kind: how they are trained, stored, loaded and asked."""

@@ -1,0 +1,158 @@
+"""Asks a model for the joints, and the labels of pixels, in many frames of a corpus."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.estimate import JointEstimate
+from forests.frames import DepthFrame, Pinhole
+from forests.oarf.classes import ClassTable
+from forests.rwf.forest import Walker
+from forests.rwf.start import upper_body_box
+from forests.rwf.train import BOX_MARGIN_M
+from pipelines.corpus.sequence import CorpusFrames
+from pipelines.errors import UserError
+from pipelines.metrics.pixels import Confusion, count_pixels
+from pipelines.metrics.results import Results, Truths
+from synth.vocabulary import JOINT_NAMES
+
+
+class JointPredictor(Protocol):
+    """What finds joints; it may be asked from several threads at once."""
+
+    def predict(self, depth: NDArray[np.uint16], camera: Pinhole) -> JointEstimate:
+        """The joints in a (height, width) depth image [mm]."""
+        ...
+
+
+class PixelLabeller(Protocol):
+    """What labels pixels."""
+
+    def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
+        """(height, width) class + 1 of every pixel with depth, 0 elsewhere."""
+        ...
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A model as it is scored.
+
+    Attributes:
+        method: Its name.
+        predictor: Finds joints, and labels pixels if `classes` is given.
+        joints: Names of the joints that it answers, in its order; others are not scored.
+        classes: What it calls pixels; None if it labels none.
+        box_joints: Joints whose true box it is given, as by a perfect detector; none = it looks everywhere.
+    """
+
+    method: str
+    predictor: JointPredictor
+    joints: tuple[str, ...]
+    classes: ClassTable | None = None
+    box_joints: tuple[str, ...] = ()
+
+
+def contestant_of(method: str, predictor: Any) -> Contestant:
+    """A forest's predictor as a contestant, with the joints and classes that its model names."""
+    model = predictor.model
+    classes = model.classes if hasattr(predictor, "label_pixels") else None
+    box_joints = model.config.box_joints if isinstance(predictor, Walker) else ()
+    return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes, box_joints)
+
+
+class _Answer(NamedTuple):
+    estimate: JointEstimate
+    seconds: float
+    pixels: NDArray[np.int64] | None
+
+
+def predict_frames(
+    contestant: Contestant,
+    frames: CorpusFrames,
+    truths: Truths,
+    n_threads: int = 1,
+    on_frame: Callable[[], object] = lambda: None,
+) -> tuple[Results, Confusion | None]:
+    """Asks a model about every frame.
+
+    Args:
+        contestant: The model.
+        frames: The frames.
+        truths: What is true there.
+        n_threads: Frames in work at a time; the answers do not depend on it.
+        on_frame: Told of each frame that is done.
+
+    Returns:
+        The answers on the model's joints, and its labels of pixels if it gives any.
+
+    Raises:
+        UserError: A joint that the corpus does not have, or an answer of another shape.
+    """
+    if not len(frames):
+        raise UserError("there are no frames to be scored on")
+    own = truths.of_joints(contestant.joints)
+    # The first answer may load or compile kernels; that is not the model's time.
+    _ask(contestant, frames, 0)
+    answers = []
+    counts: NDArray[np.int64] | None = None
+    with ThreadPoolExecutor(n_threads) as pool:
+        try:
+            for answer in pool.map(lambda place: _ask(contestant, frames, place), range(len(frames))):
+                answers.append(answer._replace(pixels=None))
+                if answer.pixels is not None:
+                    counts = answer.pixels if counts is None else counts + answer.pixels
+                on_frame()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return _results(contestant.method, own, answers), _confusion(contestant, frames, counts)
+
+
+def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
+    frame = frames[place]
+    told = _told(contestant, frame)
+    begun = time.thread_time()
+    estimate = contestant.predictor.predict(frame.depth, frame.camera, **told)
+    seconds = time.thread_time() - begun
+    n_joints = len(contestant.joints)
+    if estimate.proposals.ndim != 3 or estimate.proposals.shape[::2] != (n_joints, 3):
+        shape = estimate.proposals.shape
+        raise UserError(f"{contestant.method} answers proposals {shape}, must be ({n_joints}, n_proposals, 3)")
+    if contestant.classes is None:
+        return _Answer(estimate, seconds, None)
+    given = cast("PixelLabeller", contestant.predictor).label_pixels(frame.depth, frame.camera)
+    counts = count_pixels(frame.label, given, frames.labels.n_labels, contestant.classes.n_classes)
+    return _Answer(estimate, seconds, counts)
+
+
+def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
+    """What a detector would tell the model of a frame: the box of those of its joints that are known."""
+    if not contestant.box_joints:
+        return {}
+    at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
+    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
+
+
+def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
+    estimates = [answer.estimate for answer in answers]
+    return Results(
+        method,
+        truths,
+        proposals=np.stack([item.proposals for item in estimates]).astype(np.float32),
+        proposal_confidence=np.stack([item.proposal_confidence for item in estimates]).astype(np.float32),
+        probability=np.stack([item.probability for item in estimates]).astype(np.float32),
+        hidden_probability=np.stack([item.hidden_probability for item in estimates]).astype(np.float32),
+        seconds=np.array([answer.seconds for answer in answers], np.float32),
+    )
+
+
+def _confusion(contestant: Contestant, frames: CorpusFrames, counts: NDArray[np.int64] | None) -> Confusion | None:
+    if contestant.classes is None or counts is None:
+        return None
+    labels = frames.labels
+    return Confusion(counts, (*labels.parts, *labels.occluders), contestant.classes.names, labels.n_parts)

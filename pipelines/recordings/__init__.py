@@ -1,0 +1,1 @@
+"""Recorded depth: file formats, layouts of folders, joints and part labels, as frames."""

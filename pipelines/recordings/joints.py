@@ -1,0 +1,90 @@
+"""Recorded joints as ours: read, turned to the camera's axes, put in our order."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.errors import UserError
+from pipelines.recordings.layout import Annotation
+from synth.camera import Camera
+from synth.vocabulary import JOINT_NAMES, N_JOINTS
+
+
+class Skeleton(NamedTuple):
+    """A person's joints, in the camera frame.
+
+    Attributes:
+        joints: (15, 3) float64 [m]; 0 where unknown.
+        is_known: (15,) bool.
+        places: (15, 3) float64 [m], joints and guides; NaN where neither is given.
+    """
+
+    joints: NDArray[np.float64]
+    is_known: NDArray[np.bool_]
+    places: NDArray[np.float64]
+
+
+NOBODY = Skeleton(np.zeros((N_JOINTS, 3)), np.zeros(N_JOINTS, np.bool_), np.full((N_JOINTS, 3), np.nan))
+"""What is known of a person whose joints are not annotated."""
+
+
+def read_joint_file(path: Path, annotation: Annotation) -> NDArray[np.float64]:
+    """(n_names, 3) annotated joints of one frame [m], the file's axes; text, a joint a line.
+
+    Raises:
+        UserError: The file is missing, no table of numbers, or of another number of joints.
+    """
+    try:
+        rows = [line.split() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+        table = np.array(rows, dtype=np.float64)
+    except FileNotFoundError:
+        raise UserError(f"there is no file {path}") from None
+    except (ValueError, UnicodeDecodeError):
+        raise UserError(f"{path} is no table of numbers") from None
+    return checked_joints(table, annotation, str(path))
+
+
+def checked_joints(table: NDArray[np.float64], annotation: Annotation, what: str) -> NDArray[np.float64]:
+    """The table itself, if it can be a frame's joints.
+
+    Raises:
+        UserError: Another shape, no finite numbers, or a joint behind the camera.
+    """
+    shape = (len(annotation.names), 3)
+    if table.shape != shape:
+        raise UserError(f"{what} holds joints {table.shape}, the layout says {shape}")
+    for name, point in zip(annotation.names, table, strict=True):
+        if not np.isfinite(point).all():
+            raise UserError(f"{what}: joint {name} is {point.tolist()}, must be finite")
+        if not point[2] > 0.0:
+            raise UserError(f"{what}: joint {name} at z = {point[2]:g} m is not before the camera")
+    return table
+
+
+def as_ours(table: NDArray[np.float64], annotation: Annotation, camera: Camera, is_shifted: bool) -> Skeleton:
+    """Annotated joints as ours.
+
+    Args:
+        table: (n_names, 3) [m], the file's axes.
+        annotation: What they are.
+        camera: Whose pixels `shift_px` counts.
+        is_shifted: Apply `shift_px`.
+    """
+    xyz = table.copy()
+    if annotation.y_up:
+        xyz[:, 1] = -xyz[:, 1]
+    if is_shifted:
+        focal = np.array([camera.fx, camera.fy])
+        xyz[:, :2] += np.array(annotation.shift_px) * xyz[:, 2:] / focal
+    theirs = {name: xyz[i] for i, name in enumerate(annotation.names)}
+    joints, is_known = np.zeros((N_JOINTS, 3)), np.zeros(N_JOINTS, np.bool_)
+    places = np.full((N_JOINTS, 3), np.nan)
+    for ours, blend in annotation.guides.items():
+        places[JOINT_NAMES.index(ours)] = sum(share * theirs[name] for name, share in blend.items())
+    for ours, name in annotation.joints.items():
+        place = JOINT_NAMES.index(ours)
+        joints[place] = places[place] = theirs[name]
+        is_known[place] = True
+    return Skeleton(joints, is_known, places)

@@ -1,0 +1,1 @@
+"""Poses: the families, how each is drawn, and libraries of recorded ones."""

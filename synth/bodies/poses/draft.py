@@ -1,0 +1,266 @@
+"""What all pose drawing shares: a body's contact landmarks, and a pose while it is being made."""
+
+import weakref
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from synth.bodies.body import Body, Pose
+from synth.bodies.rig.collision import SEGMENT_IDX, excess_depth, excess_of_limb, fit_of, link_shares
+from synth.bodies.rig.ik import Goal, Solution, solve_limb
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.rig.skinning import skin_placed
+from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
+from synth.geometry import axis_angle
+
+SEAT_DEPTH_SHARE = 0.72
+"""Front edge of the seat, as a share of the thigh's length in front of the hip centres."""
+_HAND = ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
+_FOREARM = ("elbow_flexion", "forearm_pronation")
+_FOOT = ("ankle_inversion", "toes_extension")
+_THIGH = ("hip_abduction", "hip_rotation")
+
+
+@dataclass(frozen=True)
+class Side:
+    """Contact landmarks of one side of a body.
+
+    Attributes:
+        palm: (3,) middle of the palm's skin, hand frame [m].
+        grip: (3,) skin under the knuckles, where a bar lies in a fist, hand frame [m].
+        palm_normal: (3,) out of the palm, hand frame.
+        fingertip: (3,) middle of the finger ends, fingertips' frame [m].
+        sole: (3,) middle of the sole, foot frame [m].
+        hand: Skin vertices of hand and fingers.
+        palm_skin: Those of the palm alone.
+        finger_skin: Those of the fingers alone.
+        thumb_skin: Those of the thumb alone.
+        forearm: Skin vertices between elbow and wrist.
+        foot: Skin vertices of the foot.
+    """
+
+    palm: NDArray[np.float64]
+    grip: NDArray[np.float64]
+    palm_normal: NDArray[np.float64]
+    fingertip: NDArray[np.float64]
+    sole: NDArray[np.float64]
+    hand: NDArray[np.int64]
+    palm_skin: NDArray[np.int64]
+    finger_skin: NDArray[np.int64]
+    thumb_skin: NDArray[np.int64]
+    forearm: NDArray[np.int64]
+    foot: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Contact landmarks of a body.
+
+    Attributes:
+        side: "l" and "r".
+        seat: Skin vertices of pelvis and thighs.
+        upper_arm: Shoulder to elbow [m].
+        forearm: Elbow to wrist [m].
+        palm: Wrist to knuckles [m].
+        thigh: Hip to knee [m].
+        shank: Knee to ankle [m].
+        foot: Ankle to toe hinge [m].
+        leg: Hip centre to sole, straight [m].
+        trunk: Hip centres to the base of the neck [m].
+    """
+
+    side: dict[str, Side]
+    seat: NDArray[np.int64]
+    upper_arm: float
+    forearm: float
+    palm: float
+    thigh: float
+    shank: float
+    foot: float
+    leg: float
+    trunk: float
+
+
+_LANDMARKS: dict[int, Landmarks] = {}
+
+
+def landmarks_of(body: Body) -> Landmarks:
+    """The body's landmarks, found at the first call and kept as long as the body lives."""
+    key = id(body)
+    if key not in _LANDMARKS:
+        _LANDMARKS[key] = _find_landmarks(body)
+        weakref.finalize(body, _LANDMARKS.pop, key, None)
+    return _LANDMARKS[key]
+
+
+def _find_landmarks(body: Body) -> Landmarks:
+    dominant = link_shares(body).argmax(axis=1)
+    T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
+    vertices = body.mesh.vertices.astype(np.float64)
+    length = np.linalg.norm(body.skeleton.offsets, axis=1)
+
+    def skin(side: str, links: tuple[str, ...]) -> NDArray[np.int64]:
+        return np.flatnonzero(np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in links]))
+
+    def local(chosen: NDArray[np.int64], link: str) -> NDArray[np.float64]:
+        T = T_bind[LINK_IDX[link]]
+        return (vertices[chosen] - T[:3, 3]) @ T[:3, :3]
+
+    palm = float(length[DOF_IDX["l_fingers_flexion"]])
+    foot = float(length[DOF_IDX["l_toes_extension"]])
+    sides = {}
+    for side, inward in (("l", -1.0), ("r", 1.0)):
+        hand = local(skin(side, _HAND[:1]), f"{side}_wrist_deviation")
+        middle = hand[(hand[:, 2] > -0.9 * palm) & (hand[:, 2] < -0.3 * palm)]
+        palm_y = inward * np.quantile(inward * middle[:, 1], 0.97)
+        knuckles = hand[(hand[:, 2] > -1.05 * palm) & (hand[:, 2] < -0.75 * palm)]
+        grip_y = inward * np.quantile(inward * knuckles[:, 1], 0.9)
+        tips = local(skin(side, _HAND[2:3]), f"{side}_fingertips_flexion")
+        end = tips[tips[:, 2] < tips[:, 2].min() + 0.012].mean(axis=0)
+        feet = local(skin(side, _FOOT), f"{side}_ankle_inversion")
+        sides[side] = Side(
+            palm=np.array([np.median(middle[:, 0]), palm_y, -0.6 * palm]),
+            grip=np.array([np.median(knuckles[:, 0]), grip_y, -0.95 * palm]),
+            palm_normal=np.array([0.0, inward, 0.0]),
+            fingertip=end,
+            sole=np.array([0.35 * foot, 0.0, feet[:, 2].min()]),
+            hand=skin(side, _HAND),
+            palm_skin=skin(side, _HAND[:1]),
+            finger_skin=skin(side, _HAND[1:3]),
+            thumb_skin=skin(side, _HAND[3:]),
+            forearm=skin(side, _FOREARM),
+            foot=skin(side, _FOOT),
+        )
+    thigh = float(length[DOF_IDX["l_knee_flexion"]])
+    shank = float(length[DOF_IDX["l_ankle_flexion"]])
+    names = ["lumbar_flexion", "thorax_flexion", "neck_flexion"]
+    return Landmarks(
+        side=sides,
+        seat=np.concatenate([np.flatnonzero(dominant == 0), skin("l", _THIGH), skin("r", _THIGH)]),
+        upper_arm=float(length[DOF_IDX["l_elbow_flexion"]]),
+        forearm=float(length[DOF_IDX["l_wrist_flexion"]]),
+        palm=palm,
+        thigh=thigh,
+        shank=shank,
+        foot=foot,
+        leg=thigh + shank - float(sides["l"].sole[2]),
+        trunk=float(sum(length[DOF_IDX[name]] for name in names)),
+    )
+
+
+@dataclass
+class Draft:
+    """A pose while it is being made; angles are set in degrees and clipped to the limits.
+
+    Attributes:
+        body: Whose pose.
+        angles: (n_dofs,) [rad].
+        T_world_root: (4, 4).
+    """
+
+    body: Body
+    angles: NDArray[np.float64] = field(default_factory=lambda: np.zeros(N_DOFS))
+    T_world_root: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+
+    @staticmethod
+    def of(body: Body, pose: Pose) -> "Draft":
+        """A draft that starts from a pose."""
+        return Draft(body, pose.angles.copy(), pose.T_world_root.copy())
+
+    @property
+    def marks(self) -> Landmarks:
+        """The body's landmarks."""
+        return landmarks_of(self.body)
+
+    def set(self, prefix: str = "", **degrees: float) -> None:
+        """Sets hinges by name; the prefix "l_" or "r_" goes before each."""
+        for name, value in degrees.items():
+            i = DOF_IDX[prefix + name]
+            self.angles[i] = min(max(np.radians(value), LOWER[i]), UPPER[i])
+
+    def get(self, name: str) -> float:
+        """A hinge's angle [degrees]."""
+        return float(np.degrees(self.angles[DOF_IDX[name]]))
+
+    def jitter(self, rng: np.random.Generator, sigma: float, names: tuple[str, ...]) -> None:
+        """Adds normal noise to hinges [degrees], kept off the limits by being clipped."""
+        index = [DOF_IDX[name] for name in names]
+        noisy = self.angles[index] + np.radians(sigma) * rng.standard_normal(len(index))
+        self.angles[index] = np.clip(noisy, LOWER[index], UPPER[index])
+
+    def turn_root(self, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> None:
+        """Sets the root's rotation [degrees]: leaning right, leaning forward, turning left."""
+        R = axis_angle((0, 0, 1), np.radians(yaw)) @ axis_angle((0, 1, 0), np.radians(pitch))
+        self.T_world_root[:3, :3] = R @ axis_angle((1, 0, 0), np.radians(roll))
+
+    def links(self) -> NDArray[np.float64]:
+        """(n_links, 4, 4) T_world_link."""
+        return link_transforms(self.body.skeleton, self.angles, self.T_world_root)
+
+    def point(self, link: str, local: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
+        """World place of a point fixed to a link [m]."""
+        T = self.links()[LINK_IDX[link]]
+        return T[:3, :3] @ np.asarray(local, dtype=np.float64) + T[:3, 3]
+
+    def skin(self, chosen: NDArray[np.int64]) -> NDArray[np.float32]:
+        """(m, 3) chosen skin vertices, world [m]."""
+        return skin_placed(self.body, self.links(), chosen)
+
+    def solve(self, limb: str, goals: list[Goal], rest_weight: float = 0.02) -> Solution:
+        """Moves a limb to its goals, starting from and pulled to the angles it has."""
+        solution = solve_limb(self.body.skeleton, limb, self.links(), self.angles, goals, rest_weight)
+        self.angles = solution.angles
+        return solution
+
+    def excess(self) -> float:
+        """Worst self-collision beyond what is allowed [m]; negative if none."""
+        return excess_depth(self.body, self.pose("draft"))
+
+    def excess_of(self, side: str, limb: str) -> float:
+        """`excess` of the "arm" or "leg" of one side alone [m]."""
+        return excess_of_limb(self.body, self.links(), f"{side}_{limb}")
+
+    def surface(self, segment: str, link: str, height: float, turn: float) -> tuple[NDArray, NDArray]:
+        """A point on the skin of a segment and the direction out of it.
+
+        Args:
+            segment: Name in `SEGMENTS`.
+            link: The segment's frame, as a link name.
+            height: Share of the segment's extent along its frame's z, 0 at its low end.
+            turn: Direction about z, 0 = forward in the segment's frame, positive to the left [degrees].
+
+        Returns:
+            (3,) world point [m] and (3,) unit world direction, across the segment.
+        """
+        profiles = fit_of(self.body).profiles
+        i = SEGMENT_IDX[segment]
+        n_heights, n_directions = profiles.radius.shape[1:]
+        h = min(max(height, 0.0), 1.0) * (n_heights - 1)
+        lower = min(int(h), n_heights - 2)
+        f = h - lower
+        d = (turn / 360.0 * n_directions) % n_directions
+        e = d - int(d)
+        table = profiles.radius[i, lower : lower + 2]
+        ring = (1 - f) * table[0] + f * table[1]
+        radius = (1 - e) * ring[int(d) % n_directions] + e * ring[(int(d) + 1) % n_directions]
+        centre = (1 - f) * profiles.centre[i, lower] + f * profiles.centre[i, lower + 1]
+        z = profiles.low[i] + min(max(height, 0.0), 1.0) * (profiles.high[i] - profiles.low[i])
+        out = np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn)), 0.0])
+        T = self.links()[LINK_IDX[link]]
+        point = T[:3, :3] @ (np.array([centre[0], centre[1], z]) + radius * out) + T[:3, 3]
+        return point, T[:3, :3] @ out
+
+    def look(self, pitch: float, yaw: float) -> None:
+        """Turns neck and head so that the face looks down by pitch and left by yaw in the world [degrees]."""
+        T = self.links()[LINK_IDX["thorax_rotation"]]
+        forward = T[:3, :3] @ np.array([1.0, 0.0, 0.0])
+        trunk_pitch = -np.degrees(np.arcsin(min(max(forward[2], -1.0), 1.0)))
+        bend = pitch - trunk_pitch
+        trunk_yaw = np.degrees(np.arctan2(forward[1], forward[0])) if trunk_pitch < 60 else 0.0
+        self.set(neck_flexion=0.6 * bend, head_flexion=0.4 * bend)
+        self.set(neck_rotation=0.5 * (yaw - trunk_yaw), head_rotation=0.5 * (yaw - trunk_yaw))
+
+    def pose(self, family: str) -> Pose:
+        """The finished record."""
+        return Pose(self.angles.copy(), self.T_world_root.copy(), family)

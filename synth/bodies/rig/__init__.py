@@ -1,0 +1,1 @@
+"""What moves a body: kinematics, skinning, inverse kinematics, collisions, URDF."""

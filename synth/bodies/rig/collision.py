@@ -1,0 +1,227 @@
+"""Self-collision: does a limb go into the trunk, the head or another limb?
+
+Each segment of a body is fitted once by its radius over height and direction about the bone (a profile). Skin
+points of the limbs are then tested against the profiles of the segments they must stay out of.
+"""
+
+import weakref
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.bodies.body import Body, Pose
+from synth.bodies.rig.collision_profiles import (
+    N_DIRECTIONS,
+    N_HEIGHTS,
+    Profiles,
+    fill_profile,
+    spread_points,
+    worst_depth,
+)
+from synth.bodies.rig.kinematics import link_transforms
+from synth.bodies.rig.skinning import skin_placed
+from synth.bodies.skeleton import LINK_IDX, N_LINKS
+
+N_POINTS = 70
+"""Skin points sampled a limb segment."""
+MIN_SHARE = 0.3
+"""A vertex belongs to a profile when the segment's links hold at least this share of its weight."""
+
+HARD = 0.021
+"""Depths allowed up to this are for firm pairs; larger ones grow with the body's girth [m]."""
+USUAL_GIRTH = 0.125
+"""Mean radius of the thorax for which the depths allowed in flesh are meant [m]."""
+
+_SIDED = {
+    "upper_arm": ("shoulder_rotation", ("shoulder_abduction", "shoulder_rotation")),
+    "forearm": ("elbow_flexion", ("elbow_flexion", "forearm_pronation")),
+    "hand": ("wrist_deviation", ("wrist_deviation",)),
+    "fingers": ("fingers_flexion", ("fingers_flexion",)),
+    "thigh": ("hip_rotation", ("hip_abduction", "hip_rotation")),
+    "shank": ("knee_flexion", ("knee_flexion",)),
+    "foot": ("ankle_inversion", ("ankle_inversion", "toes_extension")),
+}
+_TRUNK = {
+    "pelvis": ("root", ("root",)),
+    "abdomen": ("lumbar_rotation", ("lumbar_rotation",)),
+    "thorax": ("thorax_rotation", ("thorax_rotation",)),
+    "neck": ("neck_rotation", ("neck_rotation",)),
+    "head": ("head_rotation", ("head_rotation",)),
+}
+SEGMENTS: dict[str, tuple[str, tuple[str, ...]]] = _TRUNK | {
+    f"{side}_{name}": (f"{side}_{frame}", tuple(f"{side}_{link}" for link in links))
+    for side in "lr"
+    for name, (frame, links) in _SIDED.items()
+}
+"""Segment name to the hinge whose link is its frame and the hinges whose links' skin it is made of."""
+SEGMENT_IDX: dict[str, int] = {name: i for i, name in enumerate(SEGMENTS)}
+
+_ALL_TRUNK = dict.fromkeys(_TRUNK, 0.012)
+# Points of a segment on one side -> (segments they are tested against -> depth allowed [m]). "o_" is the other
+# side, "s_" the same. Flesh on flesh gives way, hands against trunk do not.
+_RULES: dict[str, dict[str, float]] = {
+    "upper_arm": {"abdomen": 0.03, "thorax": 0.04, "pelvis": 0.03, "o_upper_arm": 0.02},
+    "forearm": _ALL_TRUNK
+    | {"s_thigh": 0.015, "o_thigh": 0.015, "o_upper_arm": 0.015, "o_forearm": 0.015, "o_hand": 0.012}
+    | {"o_fingers": 0.012},
+    "hand": _ALL_TRUNK
+    | {"s_thigh": 0.015, "o_thigh": 0.015, "s_shank": 0.012, "o_shank": 0.012, "o_upper_arm": 0.02}
+    | {"o_forearm": 0.02, "o_hand": 0.012, "o_fingers": 0.012},
+    "thigh": {"o_thigh": 0.05},
+    "shank": {"o_thigh": 0.035, "o_shank": 0.025, "o_foot": 0.015},
+    "foot": {"o_thigh": 0.03, "o_shank": 0.015, "o_foot": 0.012},
+}
+_LIMBS = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shank", "foot")}
+# Links whose skin the points of a segment are drawn from.
+_POINT_LINKS = {name: links for name, (_, links) in _SIDED.items()} | {
+    "hand": ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
+}
+# Share of the segment next to the trunk whose points are left out: it touches by nature.
+_SKIPPED = {"upper_arm": 0.45, "thigh": 0.5}
+
+
+@dataclass(frozen=True)
+class BodyFit:
+    """What is fitted to a body once.
+
+    Attributes:
+        profiles: Radius tables by `SEGMENT_IDX`.
+        points: (n_points,) indices of skin vertices that are tested.
+        allowed: (n_points, n_segments) depth allowed [m]; negative where a pair is not tested.
+        limb_rows: Limb name to its range of points.
+    """
+
+    profiles: Profiles
+    points: NDArray[np.int64]
+    allowed: NDArray[np.float64]
+    limb_rows: dict[str, slice]
+
+
+_FITS: dict[int, BodyFit] = {}
+
+
+def fit_of(body: Body) -> BodyFit:
+    """The body's fit, made at the first call and kept as long as the body lives."""
+    key = id(body)
+    if key not in _FITS:
+        _FITS[key] = _fit(body)
+        weakref.finalize(body, _FITS.pop, key, None)
+    return _FITS[key]
+
+
+def link_shares(body: Body) -> NDArray[np.float32]:
+    """(n_vertices, n_links) skin weights as a full table."""
+    weights = body.weights
+    n = len(body.mesh.vertices)
+    table = np.zeros((n, N_LINKS), dtype=np.float32)
+    row = np.repeat(np.arange(n), np.diff(weights.indptr))
+    np.add.at(table, (row, weights.link), weights.weight)
+    return table
+
+
+def _fit(body: Body) -> BodyFit:
+    shares = link_shares(body)
+    T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
+    vertices = body.mesh.vertices.astype(np.float64)
+    n = len(SEGMENTS)
+    profiles = Profiles(
+        np.array([LINK_IDX[frame] for frame, _ in SEGMENTS.values()], dtype=np.int64),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, N_HEIGHTS, 2)),
+        np.zeros((n, N_HEIGHTS, N_DIRECTIONS)),
+        np.zeros(n),
+    )
+    for i, (frame, links) in enumerate(SEGMENTS.values()):
+        own = vertices[shares[:, [LINK_IDX[link] for link in links]].sum(axis=1) >= MIN_SHARE]
+        T = T_bind[LINK_IDX[frame]]
+        if len(own) >= 8:
+            fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
+    girth = float(profiles.radius[SEGMENT_IDX["thorax"]].mean())
+    flesh = min(max(girth / USUAL_GIRTH, 0.6), 2.0)
+    cloth = {"arm": body.spec.top_ease, "leg": body.spec.bottom_ease}
+    return BodyFit(profiles, *_test_points(shares, vertices, T_bind, flesh, cloth))
+
+
+def _test_points(
+    shares: NDArray[np.float32],
+    vertices: NDArray[np.float64],
+    T_bind: NDArray[np.float64],
+    flesh: float,
+    cloth: dict[str, float],
+) -> tuple[NDArray[np.int64], NDArray[np.float64], dict[str, slice]]:
+    """Points of all limbs, what each may do, and the range of rows of each limb."""
+    dominant = shares.argmax(axis=1)
+    points: list[NDArray[np.int64]] = []
+    allowed: list[NDArray[np.float64]] = []
+    limb_rows: dict[str, slice] = {}
+    for limb, names in _LIMBS.items():
+        for side in "lr":
+            start = sum(len(own) for own in points)
+            for name in names:
+                own = np.flatnonzero(
+                    np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]])
+                )
+                if name in _SKIPPED and len(own):
+                    T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
+                    z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
+                    own = own[z < z.max() - _SKIPPED[name] * (z.max() - z.min())]
+                own = own[spread_points(vertices[own], N_POINTS)]
+                points.append(own)
+                allowed.append(np.tile(_allowances(name, side, flesh, cloth[limb]), (len(own), 1)))
+            limb_rows[f"{side}_{limb}"] = slice(start, sum(len(own) for own in points))
+    return np.concatenate(points).astype(np.int64), np.concatenate(allowed), limb_rows
+
+
+def _allowances(name: str, side: str, flesh: float, cloth: float) -> NDArray[np.float64]:
+    """(n_segments,) depth allowed in each other segment [m], -1 where a pair is not tested; cloth gives way."""
+    row = np.full(len(SEGMENTS), -1.0)
+    prefix = {"s_": f"{side}_", "o_": "r_" if side == "l" else "l_"}
+    for rule, depth in _RULES[name].items():
+        segment = prefix.get(rule[:2], rule[:2]) + rule[2:]
+        row[SEGMENT_IDX[segment]] = cloth + (depth * flesh if depth > HARD else depth)
+    return row
+
+
+def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | None = None) -> float:
+    """Depth of the worst self-collision beyond what is allowed for its pair of segments [m]; negative if none.
+
+    Args:
+        body: The person.
+        pose: Angles and root.
+        T_world_link: (n_links, 4, 4) of this pose, if it is known already.
+    """
+    fit = fit_of(body)
+    if T_world_link is None:
+        T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
+    skin = skin_placed(body, T_world_link, fit.points)
+    return float(worst_depth(fit.profiles, T_world_link, skin, fit.allowed)[0])
+
+
+def excess_of_limb(body: Body, T_world_link: NDArray[np.float64], limb: str) -> float:
+    """`excess_depth` of the skin of one limb alone: "l_arm", "r_arm", "l_leg" or "r_leg"."""
+    fit = fit_of(body)
+    own = fit.limb_rows[limb]
+    skin = skin_placed(body, T_world_link, fit.points[own])
+    return float(worst_depth(fit.profiles, T_world_link, skin, fit.allowed[own])[0])
+
+
+def worst_collision(body: Body, pose: Pose) -> tuple[str, float]:
+    """Name of the segment entered the deepest beyond what is allowed, and that excess [m]."""
+    fit = fit_of(body)
+    T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
+    skin = skin_placed(body, T_world_link, fit.points)
+    excess, point, segment = worst_depth(fit.profiles, T_world_link, skin, fit.allowed)
+    owner = tuple(LINK_IDX)[link_shares(body)[fit.points[point]].argmax()]
+    return f"{owner} in {tuple(SEGMENTS)[segment]}", float(excess)
+
+
+def self_collides(body: Body, pose: Pose) -> bool:
+    """Whether a limb lies in the trunk, the head or another limb deeper than flesh gives way.
+
+    Args:
+        body: The person.
+        pose: Angles and root.
+    """
+    return excess_depth(body, pose) > 0.0

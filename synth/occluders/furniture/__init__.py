@@ -1,0 +1,1 @@
+"""Procedural furniture and things that stand on it, one kind a file."""

@@ -1,0 +1,1 @@
+"""Models of depth sensors, applied to clean depth."""
