@@ -24,9 +24,9 @@ from forests.rwf.storage import pack_model as pack_walks
 from forests.rwf.storage import save_model as save_walks
 from forests.rwf.train import train_rwf
 from forests.samples import TrainingSet
-from tests.forests import test_leaves as leaves
-from tests.forests import test_oarf_forest as regression
-from tests.forests import test_rwf_forest as walks
+from tests.forests.oarf import test_forest as regression
+from tests.forests.oarf import test_leaves as leaves
+from tests.forests.rwf import test_forest as walks
 
 FOOT = 2
 """The last of three joints in both toy worlds."""

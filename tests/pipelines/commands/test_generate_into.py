@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,9 +25,10 @@ from synth.scene import SceneConfig
 from synth.scene.composed import ComposeConfig, ComposeWeights
 from synth.scene.composed.person import THICKNESS, person_of
 from synth.vocabulary import OCCLUDER_CODE, JointState
+from tests.shared_data import SHARED
 
 N_FRAMES = 70
-REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real" / "eval_a"
+REAL = SHARED / "data" / "real" / "eval_a"
 
 
 @pytest.fixture(scope="module")

@@ -27,8 +27,9 @@ from pipelines.recordings.foreground import cut_out, drop_blobs
 from pipelines.recordings.layout import Box, Layout, known_layouts, read_layout
 from pipelines.recordings.readers import read_image
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
+from tests.shared_data import SHARED
 
-REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
+REAL = SHARED / "data" / "real"
 SMALL = ["--n-trees", "1", "--growth.max-depth", "4", "--growth.n-candidates", "20"]
 
 

@@ -10,8 +10,9 @@ from pipelines.commands.generate import GenerateSettings
 from pipelines.errors import UserError
 from pipelines.importing.meshes import MeshSettings, import_meshes
 from synth.occluders.imported.sizes import TO_UPRIGHT
+from tests.shared_data import SHARED
 
-REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
+REAL = SHARED / "data" / "furniture"
 CORNERS = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
 FACES = [
     (0, 1, 3), (0, 3, 2), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5),

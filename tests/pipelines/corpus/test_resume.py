@@ -32,7 +32,7 @@ if __name__ == "__main__":
 
 
 def start(out, n=200, pause=0.002, workers=1):
-    here = Path(__file__).parent
+    here = Path(__file__).parents[1]
     root = str(here.parents[1])
     script = out.with_suffix(f".{workers}.py")
     script.write_text(SCRIPT.format(root=root, here=str(here), out=str(out), n=n, pause=pause, workers=workers))

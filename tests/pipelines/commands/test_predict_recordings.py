@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -27,8 +26,9 @@ from pipelines.drawing.tiles import N_SHOWN, spread_places
 from pipelines.predicting.ask import ask
 from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
+from tests.shared_data import SHARED
 
-REAL = Path(__file__).parents[2].parent / "shared" / "data" / "real"
+REAL = SHARED / "data" / "real"
 INTRINSICS = ("--intrinsics", "60", "60", "31.5", "23.5")
 PEOPLE = """
 [[foreground.boxes]]

@@ -17,8 +17,9 @@ from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.poses.library import read_library
 from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root, with_axes_anywhere
+from tests.shared_data import SHARED
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "mocap"
+DATA = SHARED / "data" / "mocap"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"needs recordings in {DATA}")
 LISTS = ["--train", "01", "--val", "02", "--test", "03"]
 

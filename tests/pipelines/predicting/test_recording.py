@@ -7,7 +7,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from test_ablate import TINY
 from test_report import BROWSER, FITS, Page, answers_of, write_folder
 from toy_recording import LAYOUT, NAMES, silhouette, standing, write_layout, write_recording
 
@@ -19,6 +18,7 @@ from pipelines.models.asking import Contestant
 from pipelines.predicting.recording import N_ASKED, N_SHOWN, Folder, ask_recording
 from pipelines.recordings.layout import read_layout
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
+from tests.pipelines.ablate.test_run import TINY
 
 KNOWN = [name for name in NAMES if not name.endswith("_hip")]
 
