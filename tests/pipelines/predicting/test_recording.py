@@ -7,7 +7,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from test_report import BROWSER, FITS, Page, answers_of, write_folder
 from toy_recording import LAYOUT, NAMES, silhouette, standing, write_layout, write_recording
 
 from forests.estimate import JointEstimate
@@ -19,6 +18,7 @@ from pipelines.predicting.recording import N_ASKED, N_SHOWN, Folder, ask_recordi
 from pipelines.recordings.layout import read_layout
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 from tests.pipelines.ablate.test_run import TINY
+from tests.pipelines.report.test_report import BROWSER, FITS, Page, answers_of, write_folder
 
 KNOWN = [name for name in NAMES if not name.endswith("_hip")]
 
