@@ -19,9 +19,9 @@ from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model
 from forests.oarf.tune import tune
-from pipelines.commands.evaluate import spread
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
+from pipelines.spread import spread
 
 LAYERS = {"both": (0, 1), "body": (0,), "objects": (1,)}
 """Layers of the leaf modes that vote."""

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from pipelines.importing.mocap import MocapSettings, import_mocap, trial_and_subject
+from pipelines.commands.import_mocap import MocapSettings
+from pipelines.importing.mocap import trial_and_subject
 from synth.bodies.body import Pose
 from synth.bodies.mocap.bvh import Bvh, parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
@@ -245,7 +246,7 @@ def main() -> None:
     poses = [retarget(source) for source in sources]
     show_errors(sources, poses)
     show_conventions(files, poses)
-    show_placed(import_mocap(MocapSettings(args.folder, Path("unused"))), args.bodies, args.seed)
+    show_placed(MocapSettings(args.folder, Path("unused")).library(), args.bodies, args.seed)
 
 
 if __name__ == "__main__":

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from forests.crops import foreground_box
 from forests.rwf.start import Box, start_point, upper_body_box, upper_foreground_box
 from forests.rwf.train import BOX_MARGIN_M
-from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus import Corpus
-from pipelines.models.asking import Contestant
-from pipelines.predicting.ask import ask
+from pipelines.models.asking import Contestant, ask
+from pipelines.models.opening import open_model
 from pipelines.predicting.smooth import TrackSmoother
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import choose_layout
@@ -91,7 +90,7 @@ def main() -> None:
     parser.add_argument("--recording", type=Path, required=True)
     parser.add_argument("--corpus", type=Path)
     options = parser.parse_args()
-    contestant, _ = load_contestant(options.model)
+    contestant, _ = open_model(options.model)
     name, layout = choose_layout(options.recording, None)
     recording = RecordedFrames(options.recording, layout, Options(name, 0.02, True, 1, (0.0, 0.0, 1.0)))
     n = round(FPS * STRETCH_S)

@@ -21,9 +21,10 @@ from forests.oarf import forest
 from forests.oarf.config import OARFConfig
 from forests.oarf.storage import save_model
 from forests.samples import gather
-from pipelines.commands.generate import GenerateSettings, generate
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
+from pipelines.generation.writing import write_shown
 
 PAPER_SPLITS = (1110, 200, 440)
 
@@ -57,7 +58,7 @@ def paper_corpus(folder: Path) -> Path:
     settings = GenerateSettings(folder, frames=sum(PAPER_SPLITS), seed=2015, workers=2)
     splits = dict(zip(("train", "val", "test"), map(float, PAPER_SPLITS), strict=True))
     scene = replace(settings.scene, splits=replace(settings.scene.splits, **splits))
-    generate(folder, replace(settings, scene=scene).order(), settings.workers)
+    write_shown(folder, replace(settings, scene=scene).order(), settings.workers)
     return folder
 
 

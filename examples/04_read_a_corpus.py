@@ -6,15 +6,11 @@ python examples/04_read_a_corpus.py [FOLDER]
 import sys
 from pathlib import Path
 
-from pipelines.commands.generate import GenerateSettings, generate
-from pipelines.corpus import Corpus
-from synth.scene import SceneConfig
+from pipelines import generate_corpus
+from synth import SceneConfig
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_corpus")
-settings = GenerateSettings(out, frames=10, seed=5, scene=SceneConfig(camera="kinect_v1_qvga"))
-generate(out, settings.order())
-
-corpus = Corpus.open(out)
+corpus = generate_corpus(out, SceneConfig(camera="kinect_v1_qvga"), n_frames=10, seed=5)
 train = corpus.split("train")
 depth, joints = corpus.arrays("depth", train), corpus.arrays("joints", train)
 print(f"depth {depth.shape} {depth.dtype} mm, joints {joints.shape} {joints.dtype} m")

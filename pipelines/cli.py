@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from pipelines.models.kinds import KINDS
+
 
 @dataclass(frozen=True)
 class Command:
@@ -18,11 +20,19 @@ class Command:
         module: Where its settings class lives; imported only when the command is asked for.
         settings: Name of that class: a dataclass with `run() -> int`, and `from_toml` if it takes --config.
         summary: One line of help.
+        kind: The kind of model that the command is about, if it is one of several alike; `settings` then names a
+            function that makes the class for a kind.
     """
 
     module: str
     settings: str
     summary: str
+    kind: str = ""
+
+    def settings_class(self) -> Any:
+        """Imports the module and gives the settings class."""
+        found = getattr(importlib.import_module(f"pipelines.commands.{self.module}"), self.settings)
+        return found(self.kind) if self.kind else found
 
 
 class Runnable(Protocol):
@@ -34,32 +44,22 @@ class Runnable(Protocol):
 
 
 COMMANDS = {
-    "demo": Command(
-        "pipelines.commands.demo",
-        "DemoSettings",
-        "the whole story at a small size: frames, forests, scores, report",
-    ),
-    "generate": Command(
-        "pipelines.commands.generate", "GenerateSettings", "make a corpus of labelled depth frames"
-    ),
-    "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
-    "verify": Command("pipelines.commands.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
-    "train oarf": Command("pipelines.commands.train", "TrainOarfSettings", "train a regression forest on corpora"),
-    "train rwf": Command("pipelines.commands.train", "TrainRwfSettings", "train a random walk forest on corpora"),
-    "predict": Command(
-        "pipelines.commands.predict", "PredictSettings", "find the joints in depth images, and draw them"
-    ),
-    "evaluate": Command(
-        "pipelines.commands.evaluate", "EvaluateSettings", "score a model against the rendered truth"
-    ),
-    "ablate": Command("pipelines.commands.ablate", "AblateSettings", "train and score all methods on one corpus"),
-    "report": Command("pipelines.commands.report", "ReportSettings", "write an ablation as one HTML page"),
-    "export": Command("pipelines.export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
-    "import mocap": Command("pipelines.importing.mocap", "MocapSettings", "make a pose library out of BVH files"),
-    "import depth": Command(
-        "pipelines.commands.import_depth", "DepthSettings", "make a corpus out of recorded depth"
-    ),
-    "import meshes": Command("pipelines.importing.meshes", "MeshSettings", "make an object library out of meshes"),
+    "demo": Command("demo", "DemoSettings", "the whole story at a small size: frames, forests, scores, report"),
+    "generate": Command("generate", "GenerateSettings", "make a corpus of labelled depth frames"),
+    "inspect": Command("inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
+    "verify": Command("verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    **{
+        f"train {kind.name}": Command("train", "settings_of", f"train a {kind.title} on corpora", kind.name)
+        for kind in KINDS.values()
+    },
+    "predict": Command("predict", "PredictSettings", "find the joints in depth images, and draw them"),
+    "evaluate": Command("evaluate", "EvaluateSettings", "score a model against the rendered truth"),
+    "ablate": Command("ablate", "AblateSettings", "train and score all methods on one corpus"),
+    "report": Command("report", "ReportSettings", "write an ablation as one HTML page"),
+    "export": Command("export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
+    "import mocap": Command("import_mocap", "MocapSettings", "make a pose library out of BVH files"),
+    "import depth": Command("import_depth", "DepthSettings", "make a corpus out of recorded depth"),
+    "import meshes": Command("import_meshes", "MeshSettings", "make an object library out of meshes"),
 }
 
 
@@ -113,8 +113,7 @@ def _settings(name: str, words: list[str]) -> Runnable:
 
     from pipelines.errors import UserError
 
-    command = COMMANDS[name]
-    cls: Any = getattr(importlib.import_module(command.module), command.settings)
+    cls = COMMANDS[name].settings_class()
     path = _config_path(words) if hasattr(cls, "from_toml") else None
     default: dict[str, Any] = {} if path is None else {"default": cls.from_toml(path)}
     try:

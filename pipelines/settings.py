@@ -27,28 +27,49 @@ def read_toml(path: Path) -> dict:
         raise UserError(f"{path} is no valid TOML: {error}") from None
 
 
-def from_table(cls: type[T], table: Mapping[str, object], where: str) -> T:
+def from_table(cls: type[T], table: Mapping[str, object], where: str, **given: object) -> T:
     """Builds a dataclass of settings from a table; keys left out keep their defaults.
 
     Args:
         cls: The dataclass, its nested settings dataclasses too.
         table: Values by field name.
         where: The table's name in messages.
+        given: Values of other fields, taken as they are.
 
     Raises:
         UserError: An unknown key, a value of another type, or one that the dataclass refuses.
     """
     known = {item.name: item for item in dataclasses.fields(typing.cast("type", cls)) if item.init}
     hints = typing.get_type_hints(cls)
-    values = {}
+    values = dict(given)
     for key, value in table.items():
         if key not in known:
-            raise UserError(f"{where} has an unknown key {key!r}; known are {', '.join(known)}")
+            names = [name for name in known if name not in given]
+            raise UserError(f"{where} has an unknown key {key!r}; known are {', '.join(names)}")
         values[key] = _converted(hints[key], value, f"{where}.{key}")
     try:
         return cls(**values)
     except (TypeError, ValueError) as error:
         raise UserError(f"{where}: {error}") from None
+
+
+def defaults_from(cls: type[T], path: Path, config: str = "config", **missing: object) -> T:
+    """Settings of a command with the defaults that a TOML file gives.
+
+    Args:
+        cls: The dataclass of the settings.
+        path: The file; it may hold any of the settings, nested ones as tables.
+        config: Name of the setting that holds the file's path itself.
+        missing: Settings that only the command line can give, and what stands for them until then.
+
+    Raises:
+        UserError: The file cannot be read, has an unknown key, or a value that the settings refuse.
+    """
+    table = read_toml(path)
+    for name in (config, *missing):
+        if name in table:
+            raise UserError(f"{path} has a key {name!r}, which only the command line can give")
+    return from_table(cls, table, str(path), **missing, **{config: path})
 
 
 def _converted(kind: object, value: object, where: str) -> object:

@@ -91,3 +91,7 @@ class JointState(IntEnum):
     """The joint projects outside the image, or lies behind the camera."""
     UNKNOWN = 4
     """Not annotated, in recorded frames; its coordinates are 0."""
+
+
+SPLITS: tuple[str, ...] = ("train", "val", "test")
+"""Parts of a corpus or library that share no subject, object or pose."""

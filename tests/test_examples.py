@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pipelines.commands.generate import GenerateSettings, generate
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
+from pipelines.generation.writing import write_shown
 
 ROOT = Path(__file__).parents[1]
 WRITES = {
@@ -38,7 +39,7 @@ def test_an_example_runs(name: str, tmp_path: Path) -> None:
 def test_settings_of_a_corpus_make_frames(path: Path, tmp_path: Path) -> None:
     given = GenerateSettings.from_toml(path)
     small = replace(given, out=tmp_path / "corpus", frames=4)
-    generate(small.out, small.order(), 1)
+    write_shown(small.out, small.order(), 1)
     corpus = Corpus.open(small.out)
     assert len(corpus) == 4
     assert corpus.camera(0).name == given.scene.camera == "kinect_v1_qvga"

@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
-from forests.oarf.config import OARFConfig
-from forests.rwf.config import RWFConfig
 from pipelines.errors import UserError
+from pipelines.models.kinds import KINDS, VARIANTS, ModelConfig
 from pipelines.settings import from_table, read_toml
 from synth.render.sensors.models import SENSOR_NAMES
 from synth.scene import SceneConfig
@@ -18,20 +17,16 @@ from synth.vocabulary import OCCLUDER_CLASSES
 Size = Literal["demo", "paper", "large"]
 """Sizes that are shipped as TOML files beside this one."""
 
-OARFRow = Literal["baseline", "occluders", "semantic"]
-RWFRow = Literal["rwf_body", "rwf"]
-Row = Literal["baseline", "occluders", "semantic", "rwf_body", "rwf"]
-"""Methods. The first three are regression forests by their mode; rwf_body: a random walk forest that learned from
-bodies alone; rwf: one that learned from what the sensor sees."""
-
 Question = Literal["context", "paper_scenes", "unseen_class", "sensor", "imported", "frames", "trees", "pixels"]
 """What else can be asked: does the gain need the relation of object and pose; is it larger among tables and
 laptops alone; does it hold for a class of objects that was never seen; under a noisy sensor; on recorded poses
 and other people's objects; how does it grow with training frames, trees, voting pixels."""
 
-OARF_ROWS: tuple[OARFRow, ...] = get_args(OARFRow)
-RWF_ROWS: tuple[RWFRow, ...] = get_args(RWFRow)
-ROWS: tuple[Row, ...] = get_args(Row)
+ROWS: tuple[str, ...] = tuple(VARIANTS)
+"""Methods: baseline, occluders and semantic are regression forests by their mode; rwf_body: a random walk forest
+that learned from bodies alone; rwf: one that learned from what the sensor sees."""
+REGRESSION_ROWS: tuple[str, ...] = tuple(KINDS["oarf"].variants)
+"""Methods that most questions compare."""
 
 
 @dataclass(frozen=True)
@@ -65,11 +60,9 @@ class AblationConfig:
     Attributes:
         corpus: Where the frames come from.
         rows: Methods.
-        n_seeds: Trainings of each regression forest, by seeds oarf.seed, oarf.seed + 1, ...
-        n_rwf_seeds: Trainings of each random walk forest, likewise.
+        n_seeds: Trainings of each method by kind of model, with seeds seed, seed + 1, ... of its settings.
         sensor: Sensor model for depth in training and test; None = clean.
-        oarf: Regression forests; the row sets `mode`.
-        rwf: Random walk forests; the row sets `layer`.
+        models: Settings by kind of model; in a file, a table for each ([oarf], [rwf]). A row sets its variant.
         questions: What else is asked.
         n_question_seeds: Trainings for each answer, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
@@ -83,12 +76,10 @@ class AblationConfig:
     """
 
     corpus: CorpusConfig = field(default_factory=CorpusConfig)
-    rows: tuple[Row, ...] = ROWS
-    n_seeds: int = 1
-    n_rwf_seeds: int = 1
+    rows: tuple[str, ...] = ROWS
+    n_seeds: dict[str, int] = field(default_factory=lambda: dict.fromkeys(KINDS, 1))
     sensor: str | None = None
-    oarf: OARFConfig = field(default_factory=OARFConfig)
-    rwf: RWFConfig = field(default_factory=RWFConfig)
+    models: Mapping[str, ModelConfig] = field(default_factory=lambda: _models({}, ""))
     questions: tuple[Question, ...] = ()
     n_question_seeds: int = 1
     unseen_class: str = "stroller"
@@ -101,9 +92,12 @@ class AblationConfig:
     n_resamples: int = 2000
 
     def __post_init__(self) -> None:
-        for name in ("n_seeds", "n_rwf_seeds", "n_question_seeds", "n_resamples"):
+        _check_names("n_seeds", tuple(self.n_seeds), tuple(KINDS))
+        for name, count in self.n_seeds.items():
+            _check_range(f"n_seeds.{name}", count, 1)
+        for name in ("n_question_seeds", "n_resamples"):
             _check_range(name, getattr(self, name), 1)
-        _check_range("n_question_seeds", self.n_question_seeds, 1, self.n_seeds)
+        _check_range("n_question_seeds", self.n_question_seeds, 1, self.n_seeds["oarf"])
         _check_names("rows", self.rows, ROWS)
         _check_names("questions", self.questions, get_args(Question), least=0)
         _check_names("noisy_sensor", (self.noisy_sensor,), SENSOR_NAMES)
@@ -112,11 +106,16 @@ class AblationConfig:
         _check_names("unseen_class", (self.unseen_class,), OCCLUDER_CLASSES[1:])
         for question, name, most in (
             ("frames", "frame_counts", self.corpus.train_frames),
-            ("trees", "tree_counts", self.oarf.n_trees),
+            ("trees", "tree_counts", self.regression_forest.n_trees),
             ("pixels", "pixel_counts", None),
         ):
             for count in getattr(self, name) if question in self.questions else ():
                 _check_range(name, count, 1, most)
+
+    @property
+    def regression_forest(self) -> Any:
+        """Settings of the regression forests, which the questions about trees and pixels vary."""
+        return self.models["oarf"]
 
 
 def load_config(size: Size, path: Path | None = None) -> AblationConfig:
@@ -130,9 +129,21 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
         UserError: The file is missing, no TOML, or has unknown or wrong settings.
     """
     table = tomllib.loads(files(__package__).joinpath(f"{size}.toml").read_text(encoding="utf-8"))
-    if path is None:
-        return from_table(AblationConfig, table, f"{size}.toml")
-    return from_table(AblationConfig, merged(table, read_toml(path)), str(path))
+    where = f"{size}.toml" if path is None else str(path)
+    table = table if path is None else merged(table, read_toml(path))
+    models = _models({name: table.pop(name) for name in KINDS if name in table}, where)
+    return from_table(AblationConfig, table, where, models=models)
+
+
+def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
+    """Settings of every kind of model out of a file's tables; those left out keep their defaults."""
+    wrong = [name for name, table in tables.items() if not isinstance(table, Mapping)]
+    if wrong:
+        raise UserError(f"{where}.{wrong[0]}={tables[wrong[0]]!r} must be a table")
+    return {
+        name: from_table(kind.config_class(), tables.get(name, {}), f"{where}.{name}")  # type: ignore[arg-type]
+        for name, kind in KINDS.items()
+    }
 
 
 def asked(

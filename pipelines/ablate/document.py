@@ -6,21 +6,21 @@ from dataclasses import asdict
 
 import numpy as np
 
-from pipelines.ablate.config import AblationConfig, Row
+from pipelines.ablate.config import AblationConfig
 from pipelines.ablate.digests import sources_digest, versions
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.run import open_corpus
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
-from pipelines.commands.evaluate import file_digest
 from pipelines.corpus.header import write_atomically
 from pipelines.metrics import draw_frames
 from pipelines.metrics.results import Results, read_results
+from pipelines.models.opening import file_digest
 
 SCHEMA = "undergrowth ablation"
 SCHEMA_VERSION = 1
-PAPER_MAP_10CM: Mapping[Row, float] = {"baseline": 0.44, "occluders": 0.48, "semantic": 0.54}
+PAPER_MAP_10CM: Mapping[str, float] = {"baseline": 0.44, "occluders": 0.48, "semantic": 0.54}
 """Rafi et al. 2015, table 1."""
 
 
@@ -57,7 +57,9 @@ def _settings(config: AblationConfig, plan: Plan) -> dict:
     """The configuration with digests of libraries in the place of their paths."""
     digests = [job.imported.digests for job in plan.corpora]
     of = {name: next((item[name] for item in digests if item[name]), None) for name in ("poses", "objects")}
-    return asdict(config) | {"test_poses": of["poses"], "test_objects": of["objects"]}
+    settings = asdict(config)
+    models: dict = settings.pop("models")
+    return settings | models | {"test_poses": of["poses"], "test_objects": of["objects"]}
 
 
 def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
@@ -74,7 +76,7 @@ def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
 
 def _condition_document(condition: Condition, config: AblationConfig, folder: ResultsFolder) -> dict:
     resampling = Resampling(config.n_resamples)
-    answers: dict[Row, list[Results]] = {}
+    answers: dict[str, list[Results]] = {}
     rows = {}
     for row in condition.rows:
         jobs = condition.of_row(row)
@@ -96,7 +98,7 @@ def _condition_document(condition: Condition, config: AblationConfig, folder: Re
 def _training_document(job: ScoringJob, folder: ResultsFolder) -> dict:
     model = folder.model(job.training)
     return {
-        "seed": job.training.forest.seed,
+        "seed": job.training.config.seed,
         "corpus": folder.corpus(job.training.corpus).name,
         "n_train_frames": len(job.training.train.of(open_corpus(folder, job.training.corpus))),
         "model": {"file": f"models/{model.name}", "key": job.training.key, "digest": file_digest(model)},

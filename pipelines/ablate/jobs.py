@@ -7,22 +7,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.oarf.config import OARFConfig
-from forests.rwf.config import RWFConfig
-from pipelines.ablate.config import CorpusConfig, Row
+from pipelines.ablate.config import CorpusConfig
 from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
+from pipelines.models.kinds import VARIANTS, ModelConfig, ModelKind
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
 
-_SCORING_SOURCES = (
-    "pipelines/corpus",
-    "pipelines/metrics",
-    "pipelines/models/asking.py",
-    "pipelines/metrics/results.py",
-)
+_SCORING_SOURCES = ("pipelines/corpus", "pipelines/metrics", "pipelines/models/asking.py")
 
 
 @dataclass(frozen=True)
@@ -110,43 +104,47 @@ def _shows(corpus: Corpus, index: int, class_name: str) -> bool:
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """A forest to be trained.
+    """A model to be trained.
 
     Attributes:
         row: Name of the method.
-        forest: How it is trained, seed included.
+        config: How the model is trained, seed included.
         corpus: Where the frames come from.
         train: Frames to learn from.
         val: Frames to tune on.
         sensor: Sensor model of both.
     """
 
-    row: Row
-    forest: OARFConfig | RWFConfig
+    row: str
+    config: ModelConfig
     corpus: CorpusJob
     train: Selection
     val: Selection
     sensor: str | None = None
 
+    @property
+    def kind(self) -> ModelKind:
+        """The kind of model."""
+        return VARIANTS[self.row]
+
     @functools.cached_property
     def key(self) -> str:
         """Digest of the model."""
         frames = (self.corpus.source_key, self.train, self.val, self.sensor)
-        forest = (type(self.forest).__name__, self.forest)
-        return digest_of("model", forest, frames, versions(), sources_digest("forests"))
+        return digest_of("model", self.kind.name, self.config, frames, versions(), sources_digest("forests"))
 
     @property
     def name(self) -> str:
         """Name of its files."""
-        return f"{self.row}-{self.forest.seed}-{self.key[:12]}"
+        return f"{self.row}-{self.config.seed}-{self.key[:12]}"
 
 
 @dataclass(frozen=True)
 class ScoringJob:
-    """A forest to be scored.
+    """A model to be scored.
 
     Attributes:
-        training: The forest.
+        training: The model.
         corpus: Where the test frames come from.
         test: Frames of it.
         sensor: Sensor model of them.
@@ -170,4 +168,4 @@ class ScoringJob:
     @property
     def name(self) -> str:
         """Name of its files."""
-        return f"{self.training.row}-{self.training.forest.seed}-{self.key[:12]}"
+        return f"{self.training.row}-{self.training.config.seed}-{self.key[:12]}"

@@ -4,11 +4,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from forests.oarf.config import OARFConfig
-from forests.rwf.config import RWFConfig
-from pipelines.ablate.config import OARF_ROWS, AblationConfig, Question, Row
+from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
+from pipelines.models.kinds import VARIANTS, ModelConfig
 from synth.scene.config import SceneWeights
 
 Setting = str | int | bool | None
@@ -31,11 +30,11 @@ class Condition:
     scorings: tuple[ScoringJob, ...]
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[str, ...]:
         """The methods, in order."""
         return tuple(dict.fromkeys(job.training.row for job in self.scorings))
 
-    def of_row(self, row: Row) -> tuple[ScoringJob, ...]:
+    def of_row(self, row: str) -> tuple[ScoringJob, ...]:
         """A method's scorings, by seed."""
         return tuple(job for job in self.scorings if job.training.row == row)
 
@@ -87,17 +86,16 @@ def make_plan(config: AblationConfig, libraries: Libraries | None = None) -> Pla
 
 def _main(config: AblationConfig) -> Iterator[ScoringJob]:
     for row in config.rows:
-        n_seeds = config.n_seeds if row in OARF_ROWS else config.n_rwf_seeds
-        for number in range(n_seeds):
+        for number in range(config.n_seeds.get(VARIANTS[row].name, 1)):
             yield scoring(config, row, number)
 
 
-def scoring(config: AblationConfig, row: Row, number: int) -> ScoringJob:
+def scoring(config: AblationConfig, row: str, number: int) -> ScoringJob:
     """A method trained with its seed of that number and scored as the main table has it."""
     corpus = config.corpus
     training = TrainingJob(
         row,
-        _forest(config, row, number),
+        _settings(config, row, number),
         CorpusJob(corpus),
         Selection("train", corpus.train_frames),
         Selection("val", corpus.val_frames),
@@ -106,10 +104,11 @@ def scoring(config: AblationConfig, row: Row, number: int) -> ScoringJob:
     return ScoringJob(training, training.corpus, Selection("test", corpus.test_frames), config.sensor)
 
 
-def _forest(config: AblationConfig, row: Row, number: int) -> OARFConfig | RWFConfig:
-    if row in OARF_ROWS:
-        return replace(config.oarf, mode=row, seed=config.oarf.seed + number)
-    return replace(config.rwf, layer="body" if row == "rwf_body" else "composite", seed=config.rwf.seed + number)
+def _settings(config: AblationConfig, row: str, number: int) -> ModelConfig:
+    """Settings of a method's training of that number."""
+    kind = VARIANTS[row]
+    settings: Any = config.models[kind.name]
+    return replace(settings, **kind.variants[row], seed=settings.seed + number)
 
 
 def _condition(
@@ -118,7 +117,7 @@ def _condition(
     settings: Mapping[str, Setting],
     training: Mapping[str, Any] | None = None,
     asked: Mapping[str, Any] | None = None,
-    rows: Iterable[Row] = OARF_ROWS,
+    rows: Iterable[str] = REGRESSION_ROWS,
 ) -> Condition:
     """A condition of the main table's methods with other fields of their trainings and of their scorings."""
     scorings = []
@@ -163,7 +162,7 @@ def _ask_sensor(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for in_training in (None, config.noisy_sensor):
         for in_test in (None, config.noisy_sensor):
             settings = {"in_training": in_training, "in_test": in_test}
-            rows: tuple[Row, ...] = ("occluders", "semantic")
+            rows: tuple[str, ...] = ("occluders", "semantic")
             yield _condition(config, "sensor", settings, {"sensor": in_training}, {"sensor": in_test}, rows)
 
 
@@ -187,13 +186,13 @@ def _ask_frames(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
 
 def _ask_trees(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.tree_counts:
-        n_trees = 0 if count == config.oarf.n_trees else count
+        n_trees = 0 if count == config.regression_forest.n_trees else count
         yield _condition(config, "trees", {"n_trees": count}, asked={"n_trees": n_trees})
 
 
 def _ask_pixels(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.pixel_counts:
-        n_pixels = 0 if count == config.oarf.n_voting_pixels else count
+        n_pixels = 0 if count == config.regression_forest.n_voting_pixels else count
         yield _condition(config, "pixels", {"n_voting_pixels": count}, asked={"n_pixels": n_pixels})
 
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 
 from tqdm import tqdm
 
-from forests.oarf.config import OARFConfig
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
 
 Job = CorpusJob | TrainingJob | ScoringJob
@@ -14,12 +13,6 @@ SetShare = Callable[[float], object]
 
 _FRAME_S = 0.015
 """To make a frame."""
-_SAMPLE_S = 11e-6
-"""To train a tree of a regression forest, by sample."""
-_POINT_S = 7e-6
-"""To train a tree of a random walk forest, by point."""
-_OARF_VAL_FRAME_S, _RWF_VAL_FRAME_S = 0.04, 0.12
-"""To tune on a frame; random walk forests do so in one thread."""
 _TEST_FRAME_S = 0.01
 """To score a frame."""
 
@@ -30,12 +23,7 @@ def cost(job: Job) -> float:
         return _FRAME_S * job.n_frames
     if isinstance(job, ScoringJob):
         return _TEST_FRAME_S * job.test.n
-    forest = job.forest
-    if isinstance(forest, OARFConfig):
-        n_pixels = forest.n_pixels + (forest.mode != "baseline") * forest.n_occluder_pixels
-        return _OARF_VAL_FRAME_S * job.val.n + _SAMPLE_S * forest.n_trees * n_pixels * job.train.n
-    n_joints = len(forest.joints) or len(forest.skeleton)
-    return _RWF_VAL_FRAME_S * job.val.n + _POINT_S * n_joints * forest.n_trees * forest.n_points * job.train.n
+    return job.kind.training_s(job.config, job.train.n, job.val.n)
 
 
 class Progress:

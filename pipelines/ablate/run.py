@@ -8,10 +8,11 @@ from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, Progress, SetShare, cost
-from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
+from pipelines.generation.drawn import drawn_order
+from pipelines.generation.libraries import LibraryUse
 from pipelines.metrics import read_truths
 from pipelines.metrics.document import pixel_values
 from pipelines.metrics.results import write_results
@@ -36,7 +37,7 @@ def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
             with progress.step("frames", cost(corpus)) as set_share:
                 _make_corpus(corpus, folder, n_threads, set_share)
         for training in trainings:
-            with progress.step(f"train {training.row} {training.forest.seed}", cost(training)) as set_share:
+            with progress.step(f"train {training.row} {training.config.seed}", cost(training)) as set_share:
                 _train(training, folder, n_threads, set_share)
         for scoring in scorings:
             with progress.step(f"score {scoring.training.row}", cost(scoring)) as set_share:
@@ -57,21 +58,12 @@ def _is_finished(folder: ResultsFolder, job: CorpusJob) -> bool:
 
 
 def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
-    out = folder.corpus(job)
-    poses, objects = job.imported.poses, job.imported.objects
-    settings = GenerateSettings(
-        out,
-        frames=job.n_frames,
-        seed=job.config.seed,
-        scene=job.scene,
-        poses=None if poses is None else poses.path,
-        poses_share=1.0,
-        poses_splits=(SPLIT,),
-        objects=None if objects is None else objects.path,
-        objects_share=1.0,
-        objects_splits=(SPLIT,),
+    poses, objects = (
+        None if library is None else LibraryUse(library.path, 1.0, (SPLIT,))
+        for library in (job.imported.poses, job.imported.objects)
     )
-    write_corpus(out, settings.order(), n_threads, lambda n_done, _: set_share(n_done / job.n_frames))
+    order = drawn_order(job.scene, job.config.seed, job.n_frames, poses=poses, objects=objects)
+    write_corpus(folder.corpus(job), order, n_threads, lambda n_done, _: set_share(n_done / job.n_frames))
 
 
 def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
@@ -95,7 +87,7 @@ def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: Se
     context = {
         "key": job.key,
         "row": job.training.row,
-        "seed": job.training.forest.seed,
+        "seed": job.training.config.seed,
         "model": {"key": job.training.key, "file": folder.model(job.training).name},
         "corpus": {"folder": folder.corpus(job.corpus).name, "digest": corpus.digest},
         "pixels": None if confusion is None else pixel_values(confusion),

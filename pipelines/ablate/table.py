@@ -6,19 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.ablate.config import Row
 from pipelines.metrics import MEASURES, by_state, every_frame_once, interval, statistics_of
 from pipelines.metrics.comparing import compare_seeds
 from pipelines.metrics.document import number
 from pipelines.metrics.resampling import FrameWeights, Mean
 from pipelines.metrics.results import Results, Truths
 
-Answers = Mapping[Row, Sequence[Results]]
+Answers = Mapping[str, Sequence[Results]]
 """What each method answered, by seed; all on the same frames."""
 
 GROUPS = ("occluded", "visible", "non_occluded")
 """Groups of joints that are told beside all of them."""
-PAIRS: tuple[tuple[Row, Row], ...] = (
+PAIRS: tuple[tuple[str, str], ...] = (
     ("semantic", "occluders"),
     ("occluders", "baseline"),
     ("semantic", "baseline"),

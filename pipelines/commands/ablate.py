@@ -2,27 +2,15 @@
 
 import json
 import logging
-import os
 import sys
-import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pipelines.ablate.ablation import run_ablation, usable_cores
 from pipelines.ablate.config import Question, Size, asked, load_config
-from pipelines.ablate.document import make_document, write_document
-from pipelines.ablate.folder import ResultsFolder
-from pipelines.ablate.libraries import read_libraries
-from pipelines.ablate.plan import make_plan
-from pipelines.ablate.run import run_plan
 from pipelines.ablate.terminal import table_lines
-from pipelines.corpus.folder import locked_folder
 
 log = logging.getLogger(__name__)
-
-
-def usable_cores() -> int:
-    """Cores that this process may run on."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -55,7 +43,9 @@ class AblateSettings:
 
     def run(self) -> int:
         """Runs the ablation and prints its table."""
-        document = ablate(self)
+        config = load_config(self.size, self.config)
+        config = asked(config, self.questions, self.poses, self.objects)
+        document = run_ablation(config, self.out, self.threads)
         if self.json:
             sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
             return 0
@@ -64,26 +54,3 @@ class AblateSettings:
         log.info("")
         log.info("rows, models and scores: %s", self.out)
         return 0
-
-
-def ablate(settings: AblateSettings) -> dict:
-    """Does all work that is not yet done, scores it, writes ablation.json.
-
-    Returns:
-        What ablation.json holds, see docs/ablation.md.
-
-    Raises:
-        UserError: Wrong settings, a folder in use, a full disk, damaged files in the folder.
-    """
-    begun = time.monotonic()
-    config = load_config(settings.size, settings.config)
-    config = asked(config, settings.questions, settings.poses, settings.objects)
-    folder = ResultsFolder(settings.out)
-    plan = make_plan(config, read_libraries(config))
-    folder.prepare()
-    with locked_folder(settings.out):
-        run_plan(plan, folder, settings.threads)
-        document = make_document(config, plan, folder)
-        document["seconds_of_last_run"] = time.monotonic() - begun
-        write_document(document, folder)
-    return document

@@ -4,15 +4,15 @@ import logging
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from pipelines.ablate.config import Size
+from pipelines.ablate.ablation import run_ablation, usable_cores
+from pipelines.ablate.config import Size, load_config
 from pipelines.ablate.terminal import table_lines
-from pipelines.commands.ablate import AblateSettings, ablate, usable_cores
 from pipelines.commands.report import recordings_of, write_report
 from pipelines.drawing.tiles import spread_places
 from pipelines.inspect import inspect
 from pipelines.predicting.images import layout_requests, recording_layout
 from pipelines.predicting.recording import N_ASKED, Folder, Recording
-from pipelines.predicting.sequence import SHEET_NAME, Asked, Way
+from pipelines.predicting.sequence import SHEET_NAME, PredictionOptions, PredictionRun
 from pipelines.recordings.entries import list_files
 from pipelines.recordings.layout import Foreground
 from pipelines.recordings.plain import GivenCamera
@@ -62,7 +62,7 @@ class DemoSettings:
         """Runs all steps; ends with the table and the report's path."""
         folder = None if self.real is None else self._folder(self.real)
         results = self.out / "ablation"
-        document = ablate(AblateSettings(self.size, self.config, results, threads=self.threads))
+        document = run_ablation(load_config(self.size, self.config), results, self.threads)
         source = read_source(results)
         recordings = recordings_of(source, [folder] if folder else [])
         write_report(source, self.out / "report.html", recordings)
@@ -100,7 +100,9 @@ def draw_recording(source: Source, folder: Folder, out: Path) -> int:
     for name in shown_methods(tuple(models)):
         there = out / name
         there.mkdir(parents=True, exist_ok=True)
-        n_skipped = Asked(models[name].contestant, models[name].about, Way(lists=False), there).several(chosen)
+        n_skipped = PredictionRun(
+            models[name].contestant, models[name].about, PredictionOptions(lists=False), there
+        ).predict_all(chosen)
         log.info("skeletons, %s: %s", METHODS[name].name, there / SHEET_NAME)
     return n_skipped
 

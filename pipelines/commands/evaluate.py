@@ -1,39 +1,23 @@
 """undergrowth evaluate: scores a model on a corpus against the rendered truth."""
 
-import hashlib
 import json
 import logging
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import tyro
-from tqdm import tqdm
 
-from forests.modelfile import ModelFileError, read_model
-from forests.oarf.predict import Predictor
-from forests.oarf.storage import load_model as load_regression_forest
-from forests.rwf.forest import Walker
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
-from pipelines.corpus.header import software_versions
-from pipelines.corpus.sequence import CorpusFrames
-from pipelines.errors import UserError
-from pipelines.metrics import N_RESAMPLES, draw_frames, read_truths
-from pipelines.metrics.document import pixel_values, score_document, table_lines
-from pipelines.metrics.offsets import AXES, frames_apart, learn_offsets, upwards, with_offsets
-from pipelines.metrics.pixels import Confusion
-from pipelines.metrics.resampling import FrameWeights
-from pipelines.metrics.results import Results, write_results
-from pipelines.models.asking import Contestant, contestant_of, predict_frames
+from pipelines.metrics import N_RESAMPLES
+from pipelines.metrics.document import table_lines
+from pipelines.metrics.offsets import AXES
+from pipelines.models.opening import open_model
+from pipelines.models.scoring import Scoring, score_model
 
 log = logging.getLogger(__name__)
-
-SCHEMA = "undergrowth evaluation"
-SCHEMA_VERSION = 1
 
 
 @dataclass(frozen=True)
@@ -76,7 +60,7 @@ class EvaluateSettings:
 
     def run(self) -> int:
         """Scores the model and prints."""
-        document = evaluate(self)
+        document = self.scores()
         if self.json:
             sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
             return 0
@@ -87,66 +71,17 @@ class EvaluateSettings:
             log.info("%s", line)
         return 0
 
+    def scores(self) -> dict:
+        """All scores as JSON values; writes the rows if asked.
 
-def evaluate(settings: EvaluateSettings) -> dict:
-    """Scores a model; writes the rows if asked.
-
-    Returns:
-        All scores as JSON values, see docs/metrics.md.
-
-    Raises:
-        UserError: No such model, corpus, split or sensor; a corpus or model that is damaged; no frames are left.
-    """
-    contestant, about = load_contestant(settings.model)
-    if not settings.pixels:
-        contestant = replace(contestant, classes=None)
-    corpus = Corpus.open(settings.corpus)
-    corpus.check_sensor(settings.sensor)
-    learning, scored = frames_apart(corpus, settings.split, settings.joint_offsets)
-    indices = spread(scored, settings.limit)
-    if not len(indices):
-        raise UserError(f"{settings.corpus} has no frames of the split {settings.split}")
-    results, confusion = _ask(settings, contestant, corpus, indices)
-    names = ("split", "sensor", "limit", "joint_offsets", "pixels", "resamples", "seed")
-    context = {
-        "schema": SCHEMA,
-        "schema_version": SCHEMA_VERSION,
-        "model": about,
-        "corpus": {"name": settings.corpus.resolve().name, "digest": corpus.digest},
-        "configuration": {name: getattr(settings, name) for name in names},
-        "software": software_versions(),
-    }
-    if settings.rows is not None:
-        write_results(settings.rows, [results], context)
-    weights = draw_frames(len(indices), settings.resamples, np.random.default_rng(settings.seed))
-    document = context | score_document(results, weights)
-    document["pixels"] = None if confusion is None else pixel_values(confusion)
-    document["joint_offsets"] = None
-    if len(learning):
-        taught, _ = _ask(settings, replace(contestant, classes=None), corpus, learning)
-        document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
-    return document
-
-
-def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: FrameWeights) -> dict:
-    """Offsets learned on some frames' results, and the scores of the others' with them, as JSON values."""
-    learning = taught.truths.frame
-    offsets = learn_offsets(taught, upwards(corpus, learning))
-    moved = with_offsets(results, upwards(corpus, results.truths.frame), offsets)
-    return {
-        "splits": [name for name in SPLITS if name in {corpus.info(int(number)).split for number in learning}],
-        "frames": learning.tolist(),
-        "by_joint": offsets.values(),
-        "scores": score_document(moved, weights),
-    }
-
-
-def _ask(
-    settings: EvaluateSettings, contestant: Contestant, corpus: Corpus, indices: np.ndarray
-) -> tuple[Results, Confusion | None]:
-    frames = CorpusFrames(corpus, indices, settings.sensor)
-    with tqdm(total=len(frames), unit="frame", delay=2.0, dynamic_ncols=True) as bar:
-        return predict_frames(contestant, frames, read_truths(corpus, indices), settings.threads, bar.update)
+        Raises:
+            UserError: The model, corpus, split or sensor does not exist or is damaged, or no frames are left.
+        """
+        contestant, about = open_model(self.model)
+        scoring = Scoring(
+            self.split, self.sensor, self.limit, self.joint_offsets, self.pixels, self.resamples, self.seed
+        )
+        return score_model(contestant, about, Corpus.open(self.corpus), scoring, self.threads, self.rows)
 
 
 def _pixel_lines(pixels: dict | None) -> Iterator[str]:
@@ -173,49 +108,3 @@ def _offset_lines(learned: dict | None) -> Iterator[str]:
     yield ""
     yield "with these offsets:"
     yield from table_lines(learned["scores"])
-
-
-def load_contestant(path: Path) -> tuple[Contestant, dict]:
-    """A model out of its file, and what is told of it: name, digest, configuration.
-
-    Raises:
-        UserError: There is no such file, or it holds no model.
-    """
-    try:
-        contents = read_model(path)
-        if contents.kind not in _PREDICTORS:
-            known = ", ".join(_PREDICTORS)
-            raise UserError(f"{path} holds a model of kind {contents.kind!r}; known are {known}")
-        predictor = _PREDICTORS[contents.kind](path)
-    except ModelFileError as error:
-        raise UserError(str(error)) from None
-    config = contents.metadata.get("config")
-    about = {"name": path.name, "kind": contents.kind, "digest": file_digest(path), "config": config}
-    return contestant_of(path.stem, predictor), about
-
-
-def _regression_forest(path: Path) -> Predictor:
-    return Predictor(load_regression_forest(path))
-
-
-def _random_walk_forest(path: Path) -> Walker:
-    from forests.rwf.storage import load_model
-
-    return Walker(load_model(path))
-
-
-_PREDICTORS: dict[str, Callable[[Path], object]] = {"oarf": _regression_forest, "rwf": _random_walk_forest}
-"""How a model of a kind is made ready to be asked."""
-
-
-def spread(indices: np.ndarray, limit: int) -> np.ndarray:
-    """At most `limit` of the frame numbers, evenly spread; all if it is 0."""
-    if not 0 < limit < len(indices):
-        return indices
-    return indices[np.arange(limit) * len(indices) // limit]
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,22 +1,18 @@
 """undergrowth import depth: recorded depth images as a corpus."""
 
-import functools
-import hashlib
-import json
 import logging
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from pipelines.commands.generate import generate
-from pipelines.corpus import Order
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
-from pipelines.recordings.entries import SMALLEST_BLOB, list_files
-from pipelines.recordings.frames import Options, RecordedFrames
-from pipelines.recordings.layout import Layout, choose_layout
+from pipelines.generation.writing import write_shown
+from pipelines.importing.depth import parse_shares, recorded_order
+from pipelines.recordings.entries import SMALLEST_BLOB
+from pipelines.recordings.frames import Options
+from pipelines.recordings.layout import choose_layout
 
 log = logging.getLogger(__name__)
 
@@ -53,57 +49,14 @@ class DepthSettings:
 
     def run(self) -> int:
         """Imports the folder and tells what it read it as."""
-        name, order = self.order()
-        log.info("%s read as %s: %d frames", self.folder, name, order.n_frames)
-        if order.config["import"]["parts"] == "none":
-            log.info("it has no joints, so pixels get no part labels")
-        generate(self.out, order, self.workers)
-        log.info("%d frames in %s", order.n_frames, self.out)
-        return 0
-
-    def order(self) -> tuple[str, Order[RecordedFrames]]:
-        """The layout's name, and what `write_corpus` is to make.
-
-        Raises:
-            UserError: No such folder, no layout for it, or shares that are none.
-        """
         if not self.folder.is_dir():
             raise UserError(f"{self.folder} is no folder")
         name, layout = choose_layout(self.folder, self.layout)
         options = Options(name, self.smallest_blob, self.registration, self.every, parse_shares(self.splits))
-        make = functools.partial(RecordedFrames, self.folder, layout, options)
-        config = {
-            "import": {
-                "parts": "none" if layout.annotation is None else "geodesic",
-                "files": files_digest(self.folder, layout),
-                "layout": asdict(layout),
-                **asdict(options),
-            }
-        }
-        return name, Order(0, len(make()), config, make)
-
-
-def parse_shares(text: str) -> tuple[float, float, float]:
-    """Shares of train, val and test out of "train=0.5,val=0,test=0.5"; those not named get none.
-
-    Raises:
-        UserError: Another split, no number, or shares that do not sum to 1.
-    """
-    shares = dict.fromkeys(SPLITS, 0.0)
-    for item in text.split(","):
-        split, _, number = item.strip().partition("=")
-        if split not in shares:
-            raise UserError(f"splits={text!r} names {split!r}; known are {', '.join(SPLITS)}")
-        try:
-            shares[split] = float(number)
-        except ValueError:
-            raise UserError(f"splits={text!r} must read like train=0.5,val=0,test=0.5") from None
-    if not all(share >= 0.0 for share in shares.values()) or abs(sum(shares.values()) - 1.0) > 1e-6:
-        raise UserError(f"splits={text!r} must be shares that sum to 1")
-    return shares["train"], shares["val"], shares["test"]
-
-
-def files_digest(folder: Path, layout: Layout) -> str:
-    """SHA-256 over names and sizes of the files of depth, so that a corpus is not finished with other files."""
-    listed = [(path.name, path.stat().st_size) for path in list_files(folder, layout.files)]
-    return hashlib.sha256(json.dumps(listed).encode()).hexdigest()
+        order = recorded_order(self.folder, layout, options)
+        log.info("%s read as %s: %d frames", self.folder, name, order.n_frames)
+        if order.config["import"]["parts"] == "none":
+            log.info("it has no joints, so pixels get no part labels")
+        write_shown(self.out, order, self.workers)
+        log.info("%d frames in %s", order.n_frames, self.out)
+        return 0

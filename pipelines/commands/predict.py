@@ -8,10 +8,10 @@ from typing import Annotated
 
 import tyro
 
-from pipelines.commands.evaluate import load_contestant
 from pipelines.errors import UserError
+from pipelines.models.opening import open_model
 from pipelines.predicting.images import Request, corpus_requests, recorded_requests
-from pipelines.predicting.sequence import LINES_NAME, SHEET_NAME, Asked, Way
+from pipelines.predicting.sequence import LINES_NAME, SHEET_NAME, PredictionOptions, PredictionRun
 from pipelines.recordings.plain import GivenCamera
 
 log = logging.getLogger(__name__)
@@ -76,15 +76,15 @@ class PredictSettings:
             UserError: Inputs that contradict one another, or images that were left out.
         """
         self._check_inputs()
-        contestant, about = load_contestant(self.model)
+        contestant, about = open_model(self.model)
         self.out.mkdir(parents=True, exist_ok=True)
         requests = self._requests()
-        way = Way(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
-        asked = Asked(contestant, about, way, self.out)
+        options = PredictionOptions(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
+        run = PredictionRun(contestant, about, options, self.out)
         if len(requests) == 1:
-            asked.one(requests[0])
+            run.predict_one(requests[0])
             return 0
-        n_skipped = asked.several(requests)
+        n_skipped = run.predict_all(requests)
         log.info("%d images: %s, %s", len(requests) - n_skipped, self.out / LINES_NAME, self.out / SHEET_NAME)
         if n_skipped:
             raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {LINES_NAME} tells why")

@@ -1,83 +1,49 @@
-"""undergrowth train oarf, undergrowth train rwf: a forest out of a corpus."""
+"""undergrowth train KIND: a model of any kind out of one or more corpora."""
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import tyro
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from forests.frames import LabelTable
-from forests.modelfile import ModelFileError, read_model
-from forests.oarf.config import OARFConfig
 from forests.records import to_json
-from forests.rwf.config import RWFConfig
-from pipelines.commands.evaluate import spread
 from pipelines.corpus.header import software_versions
 from pipelines.corpus.joined import JoinedFrames, digests_of, open_corpora, sensors_of
 from pipelines.corpus.read import Corpus
-from pipelines.corpus.sequence import LABELS, CorpusFrames
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics import errors, read_truths
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import contestant_of, predict_frames
-from pipelines.models.checkpoints import TreeFolder, open_trees
-from pipelines.settings import from_table, read_toml
+from pipelines.models.kinds import KINDS, ModelKind
+from pipelines.models.training import check_target, n_finished_trees, partial_folder, train_into
+from pipelines.settings import defaults_from
+from pipelines.spread import spread
 from synth.vocabulary import JointState
 
 log = logging.getLogger(__name__)
 
 
-class ForestKind(NamedTuple):
-    """What training needs to know of a kind of forest.
-
-    Attributes:
-        train: Frames and config to a model, with a `TreeStore`.
-        save: Writes a model.
-        predictor: A model ready to be asked.
-        pack_tree: A tree as arrays.
-        unpack_tree: Arrays, label table and config to a tree.
-    """
-
-    train: Callable[..., Any]
-    save: Callable[[Path, Any, dict[str, Any]], None]
-    predictor: Callable[[Any], Any]
-    pack_tree: Callable[[Any], dict[str, np.ndarray]]
-    unpack_tree: Callable[[dict[str, np.ndarray], LabelTable, Any], Any]
-
-
-def _regression_forests() -> ForestKind:
-    from forests.oarf.forest import train
-    from forests.oarf.predict import Predictor
-    from forests.oarf.storage import pack_tree, save_model, unpack_tree
-
-    return ForestKind(train, save_model, Predictor, pack_tree, unpack_tree)
-
-
-def _random_walk_forests() -> ForestKind:
-    from forests.rwf.forest import Walker
-    from forests.rwf.storage import pack_tree, save_model, unpack_tree
-    from forests.rwf.train import train_rwf
-
-    def unpack(arrays: dict[str, np.ndarray], _: LabelTable, config: RWFConfig) -> Any:
-        return unpack_tree(arrays, config.n_clusters)
-
-    return ForestKind(train_rwf, save_model, Walker, pack_tree, unpack)
-
-
-KINDS: dict[str, Callable[[], ForestKind]] = {"oarf": _regression_forests, "rwf": _random_walk_forests}
-
-
 @dataclass(frozen=True)
 class TrainSettings:
-    """Settings of training that all kinds of forests share; `forest` is the kind's own config."""
+    """Settings of training that all kinds of models share; `settings_of` adds the kind's own.
 
-    kind: ClassVar[str]
-    forest_class: ClassVar[type]
+    Attributes:
+        corpora: Folders of the corpora, whose frames are learned together.
+        out: File of the model.
+        config: TOML file with any of these settings; those on the command line go before it.
+        sensor: Sensor model for the depth of generated frames; by default clean depth.
+        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
+        threads: Threads; the model does not depend on it.
+        overwrite: Replace a model that is there, drop trees of another training.
+    """
+
+    kind: ClassVar[ModelKind]
 
     corpora: Annotated[tuple[Path, ...], tyro.conf.Positional]
     out: Path
@@ -86,7 +52,6 @@ class TrainSettings:
     max_frames: int = 0
     threads: int = 1
     overwrite: bool = False
-    forest: Any = None
 
     def __post_init__(self) -> None:
         if not self.corpora:
@@ -98,40 +63,21 @@ class TrainSettings:
     @classmethod
     def from_toml(cls, path: Path) -> Self:
         """Defaults out of a TOML file; corpora and model file are still missing."""
-        table = read_toml(path)
-        forest: Any = from_table(cls.forest_class, _section(table, path), f"{path}.forest")
-        own = from_table(_FileSettings, {k: v for k, v in table.items() if k != "forest"}, str(path))
-        given = {item.name: getattr(own, item.name) for item in fields(own) if item.name != "forest"}
-        return cls(tyro.MISSING, tyro.MISSING, path, **given, forest=forest)
+        return defaults_from(cls, path, corpora=tyro.MISSING, out=tyro.MISSING)
+
+    @property
+    def model(self) -> Any:
+        """The kind's own settings."""
+        return self.forest  # type: ignore[attr-defined]
 
     def run(self) -> int:
-        """Trains the forest and writes it."""
+        """Trains the model and writes it."""
         check_target(self.out, self.overwrite)
         corpora = open_corpora(self.corpora)
         frames, validation = (self._frames(corpora, split) for split in ("train", "val"))
-        for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.forest)):
+        for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.kind, self.model)):
             log.info("%s", line)
-        kind = KINDS[self.kind]()
-        facts = {
-            "corpus": digests_of(corpora),
-            "sensor": self.sensor,
-            "max_frames": self.max_frames,
-            "software": software_versions(),
-        }
-        store: TreeFolder[Any] = TreeFolder(
-            self.out.with_name(self.out.name + ".partial"),
-            facts | {"kind": self.kind, "config": to_json(self.forest), "labels": to_json(LABELS)},
-            kind.pack_tree,
-            lambda arrays: kind.unpack_tree(arrays, LABELS, self.forest),
-        )
-        with open_trees(store, self.overwrite):
-            if store.n_trees:
-                log.info("going on after %d trees in %s", store.n_trees, store.path)
-            model = self._train(kind, frames, validation, store)
-            scores = _scores(kind.predictor(model), validation, self.threads)
-            n_frames = {"train": len(frames), "val": len(validation)}
-            kind.save(self.out, model, facts | {"n_frames": n_frames, "scores": scores})
-            store.clear()
+        scores = self._train(corpora, frames, validation)
         if scores:
             log.info(
                 "%.1f %% of the val joints within 10 cm (it was tuned on them)", 100 * scores["accuracy_10cm"]
@@ -144,78 +90,70 @@ class TrainSettings:
         chosen = (CorpusFrames(one, spread(one.split(split), self.max_frames), sensor) for one, sensor in pairs)
         return JoinedFrames(tuple(chosen))
 
-    def _train(self, kind: ForestKind, frames: JoinedFrames, validation: JoinedFrames, store: TreeFolder) -> Any:
+    def _train(
+        self, corpora: Sequence[Corpus], frames: JoinedFrames, validation: JoinedFrames
+    ) -> dict[str, float] | None:
+        """Writes the model and returns its scores on the validation frames."""
+        facts = {
+            "corpus": digests_of(corpora),
+            "sensor": self.sensor,
+            "max_frames": self.max_frames,
+            "software": software_versions(),
+        }
+        identity = {"kind": self.kind.name, "config": to_json(self.model), "labels": to_json(frames.labels)}
+        scores: dict[str, float] | None = None
+
+        def metadata(model: Any) -> dict[str, Any]:
+            nonlocal scores
+            scores = _scores(self.kind.tools().predictor(model), validation, self.threads)
+            return facts | {"n_frames": {"train": len(frames), "val": len(validation)}, "scores": scores}
+
+        partial = partial_folder(self.out)
         layout = "{percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
         with tqdm(total=1.0, bar_format=layout, delay=2.0, smoothing=0, dynamic_ncols=True) as bar:
             try:
-                return kind.train(
+                train_into(
+                    self.out,
+                    self.kind,
+                    self.model,
                     frames,
-                    self.forest,
-                    validation=validation,
+                    validation,
+                    identity=facts | identity,
+                    metadata=metadata,
                     n_threads=self.threads,
-                    checkpoint=store,
-                    on_progress=lambda share: bar.update(share - bar.n),
+                    drops_others=self.overwrite,
+                    on_resume=lambda n: log.info("continuing after %d finished trees in %s", n, partial),
+                    on_share=lambda share: bar.update(share - bar.n),
                 )
             except KeyboardInterrupt:
-                log.info("%d finished trees are kept; the same command goes on after them", store.n_trees)
+                n_trees = n_finished_trees(self.out)
+                log.info("%d finished trees are kept; run the same command to continue after them", n_trees)
                 raise
             except ValueError as error:
                 raise UserError(f"training on {', '.join(map(str, self.corpora))}: {error}") from None
+        return scores
 
 
-@dataclass(frozen=True)
-class TrainOarfSettings(TrainSettings):
-    """Trains a regression forest on the train splits of one or more corpora and tunes it on their val splits.
-
-    Run again, it goes on after the last finished tree; the same settings give the same bytes.
-
-    Attributes:
-        corpora: Folders of the corpora, whose frames are learned together.
-        out: File of the model.
-        config: TOML file with any of these settings; those on the command line go before it.
-        sensor: Sensor model for the depth of generated frames; by default clean depth.
-        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
-        threads: Threads; the model does not depend on it.
-        overwrite: Replace a model that is there, drop trees of another training.
-        forest: How the forest is trained.
-    """
-
-    kind = "oarf"
-    forest_class = OARFConfig
-
-    forest: Annotated[OARFConfig, tyro.conf.arg(name="")] = field(default_factory=OARFConfig)
-
-
-@dataclass(frozen=True)
-class TrainRwfSettings(TrainSettings):
-    """Trains a random walk forest on the train splits of one or more corpora and tunes it on their val splits.
+def settings_of(name: str) -> type[TrainSettings]:
+    """The settings class of `undergrowth train NAME`: those that all kinds share, and the kind's own."""
+    kind = KINDS[name]
+    own = kind.config_class()
+    cls = make_dataclass(
+        f"Train{name.capitalize()}Settings",
+        [("forest", Annotated[own, tyro.conf.arg(name="")], field(default_factory=own))],
+        bases=(TrainSettings,),
+        frozen=True,
+        namespace={"kind": kind},
+    )
+    cls.__module__ = __name__
+    cls.__doc__ = f"""Trains a {kind.title} on the train splits of corpora and tunes it on their val splits.
 
     Run again, it goes on after the last finished tree; the same settings give the same bytes.
 
     Attributes:
-        corpora: Folders of the corpora, whose frames are learned together.
-        out: File of the model.
-        config: TOML file with any of these settings; those on the command line go before it.
-        sensor: Sensor model for the depth of generated frames; by default clean depth.
-        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
-        threads: Threads; the model does not depend on it.
-        overwrite: Replace a model that is there, drop trees of another training.
-        forest: How the forest is trained.
+        forest: How the {kind.title} is trained.
     """
-
-    kind = "rwf"
-    forest_class = RWFConfig
-
-    forest: Annotated[RWFConfig, tyro.conf.arg(name="")] = field(default_factory=RWFConfig)
-
-
-@dataclass(frozen=True)
-class _FileSettings:
-    sensor: str | None = None
-    max_frames: int = 0
-    threads: int = 1
-    overwrite: bool = False
-    forest: dict[str, Any] = field(default_factory=dict)
+    return cls
 
 
 def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) -> Iterator[str]:
@@ -226,18 +164,21 @@ def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) ->
         yield f"sensor {sensor} measures generated frames alone, those of {', '.join(measured)} stay as recorded"
 
 
-def _lacking(frames: JoinedFrames, forest: OARFConfig | RWFConfig) -> Iterator[str]:
+def _lacking(frames: JoinedFrames, kind: ModelKind, config: Any) -> Iterator[str]:
     """What cannot be learned from training frames, in sentences.
 
     Raises:
         UserError: A corpus has no training frames, or they tell no joint.
     """
     is_told = np.any([_joints_told(part) for part in frames.parts], axis=0)
-    if untold := [name for name, told in zip(LABELS.joints, is_told.tolist(), strict=True) if not told]:
+    if untold := [name for name, told in zip(frames.labels.joints, is_told.tolist(), strict=True) if not told]:
         yield f"no training frame tells where these joints are, nothing is learned of them: {', '.join(untold)}"
-    has_objects = any(part.corpus.info(int(number)).objects for part in frames.parts for number in part.indices)
-    if isinstance(forest, OARFConfig) and forest.mode != "baseline" and not has_objects:
-        yield f"no training frame shows an object: the mode {forest.mode} learns what the baseline learns"
+    if kind.needs_objects(config) and not _shows_objects(frames):
+        yield "no training frame shows an object, so that nothing is learned of objects"
+
+
+def _shows_objects(frames: JoinedFrames) -> bool:
+    return any(part.corpus.info(int(number)).objects for part in frames.parts for number in part.indices)
 
 
 def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
@@ -248,31 +189,6 @@ def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
     if not is_told.any():
         raise UserError(f"{frames.corpus.path} cannot be trained on: its training frames tell no joints")
     return np.asarray(is_told.any(axis=0))
-
-
-def _section(table: dict[str, Any], path: Path) -> dict[str, Any]:
-    section = table.get("forest", {})
-    if not isinstance(section, dict):
-        raise UserError(f"{path}.forest must be a table")
-    return section
-
-
-def check_target(path: Path, overwrite: bool) -> None:
-    """Makes sure that a model may be written there.
-
-    Raises:
-        UserError: Something is there that must not be replaced, or the folder is missing.
-    """
-    if not path.parent.is_dir():
-        raise UserError(f"{path.parent} is no folder; make it first")
-    if not path.exists():
-        return
-    try:
-        read_model(path)
-    except ModelFileError as error:
-        raise UserError(f"{error}; it is not overwritten, choose another file") from None
-    if not overwrite:
-        raise UserError(f"{path} is there already; give --overwrite to replace it")
 
 
 def _scores(predictor: Any, validation: JoinedFrames, n_threads: int) -> dict[str, float] | None:

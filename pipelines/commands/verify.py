@@ -1,22 +1,15 @@
 """undergrowth verify: digests, laws and splits of a corpus, every fault by shard and frame."""
 
-import hashlib
 import logging
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import tyro
 from tqdm import tqdm
 
-from pipelines.corpus import Corpus, shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
-from pipelines.corpus.frameinfo import split_ids
-from pipelines.corpus.laws import broken_laws
-from pipelines.corpus.manifest import ShardLine
-from pipelines.corpus.write import ZARR_NAME, shard_files
+from pipelines.corpus import Corpus
+from pipelines.corpus.faults import faults
 from pipelines.errors import CorpusError
 
 log = logging.getLogger(__name__)
@@ -54,85 +47,3 @@ class VerifySettings:
             raise CorpusError(f"{self.corpus} has {n_faults} faults")
         log.info("%s is sound: %d frames", self.corpus, len(corpus))
         return 0
-
-
-def faults(
-    corpus: Corpus, with_laws: bool = True, on_frames: Callable[[int], object] = lambda n: None
-) -> Iterator[str]:
-    """Everything wrong with a corpus, one sentence each.
-
-    Args:
-        corpus: An open corpus; opening has checked header, manifest and splits.
-        with_laws: Look at every frame's contents too, not at digests alone.
-        on_frames: Told how many frames were gone through.
-    """
-    yield from _metadata_faults(corpus)
-    for shard in sorted(corpus.lines):
-        yield from shard_faults(corpus, corpus.lines[shard])
-        if with_laws:
-            yield from _law_faults(corpus, corpus.lines[shard])
-        on_frames(corpus.lines[shard].n_frames)
-
-
-def _metadata_faults(corpus: Corpus) -> Iterator[str]:
-    root = corpus.path / ZARR_NAME
-    expected = {root / "zarr.json": shards.group_metadata()}
-    for item in corpus.header.fields.values():
-        expected[root / item.name / "zarr.json"] = shards.array_metadata(item, corpus.header.n_frames)
-    for path, text in expected.items():
-        if not path.exists() or path.read_bytes() != text.encode():
-            yield f"{path} is missing or damaged"
-
-
-def shard_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
-    """Files of a shard whose bytes are not those of the manifest, with the frames that are hit."""
-    for name, path in shard_files(corpus.path, corpus.header, line.shard).items():
-        frames = f"frames {line.first}..{line.first + line.n_frames - 1}"
-        if not path.exists():
-            yield f"shard {line.shard} ({frames}): {path} is missing"
-        elif hashlib.sha256(path.read_bytes()).hexdigest() != line.sha256[name]:
-            hit = _damaged_frames(corpus, line, name)
-            which = f"frame {', '.join(map(str, hit))}" if hit else frames
-            yield f"shard {line.shard} ({which}): {path} is damaged: its digest is not the manifest's"
-    yield from _record_faults(corpus, line)
-
-
-def _damaged_frames(corpus: Corpus, line: ShardLine, name: str) -> list[int]:
-    """Frames of one file that cannot be decoded; empty if it is not known which are hit."""
-    item = corpus.header.fields.get(name)
-    if item is None or not item.is_image:
-        return []
-    hit = []
-    for index in range(line.first, line.first + line.n_frames):
-        try:
-            corpus.arrays(name, [index])
-        except CorpusError:
-            hit.append(index)
-    return hit
-
-
-def _record_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
-    """Whether manifest, records and the split array say the same."""
-    numbers = np.arange(line.first, line.first + line.n_frames)
-    try:
-        infos = [corpus.info(int(i)) for i in numbers]
-        splits = corpus.arrays("split", numbers)
-    except CorpusError as error:
-        yield f"shard {line.shard}: {error}"
-        return
-    if split_ids(infos) != line.splits:
-        yield f"shard {line.shard}: its records name other subjects, objects or poses than the manifest"
-    for info, code in zip(infos, splits, strict=True):
-        if code >= len(SPLITS) or SPLITS[code] != info.split:
-            yield f"frame {info.index}: its record says split {info.split}, the array {code}"
-
-
-def _law_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
-    for index in range(line.first, min(line.first + line.n_frames, line.first + SHARD_FRAMES)):
-        try:
-            frame = corpus[index]
-        except CorpusError as error:
-            yield f"frame {index}: {error}"
-            continue
-        for sentence in broken_laws(frame, corpus.header):
-            yield f"frame {index}: {sentence}"

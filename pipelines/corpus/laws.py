@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from pipelines.corpus import Header
+from pipelines.corpus.header import Header
 from synth.frame import Frame
 from synth.vocabulary import JointState
 

@@ -1,17 +1,18 @@
 """Frames of a recorded corpus with drawn objects before the person, as a source of frames."""
 
-from collections.abc import Callable
+import functools
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.corpus import Corpus
+from pipelines.corpus import Corpus, Order
 from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
-from pipelines.generation.floor import Floor
+from pipelines.generation.floor import Floor, find_floor
+from pipelines.generation.libraries import LibraryUse, object_mix
 from synth.frame import Frame
-from synth.scene import ObjectMix
 from synth.scene.composed import ComposeConfig, Composer
 from synth.scene.config import SplitShares
 
@@ -81,6 +82,43 @@ def open_recorded(path: Path) -> Corpus:
     return corpus
 
 
+def composed_order(
+    into: Path,
+    compose: ComposeConfig,
+    seed: int,
+    n_frames: int | None = None,
+    renderer: str = "numba",
+    objects: LibraryUse | None = None,
+) -> Order[ComposedFrames]:
+    """A corpus of recorded people with objects before them.
+
+    Args:
+        into: Folder of the recorded corpus.
+        compose: What the objects are drawn from.
+        seed: Of everything random.
+        n_frames: How many frames; None = as many as are recorded.
+        renderer: numba or pyrender.
+        objects: Imported objects that some frames take, if any are used.
+
+    Raises:
+        UserError: The corpus or the library cannot be used.
+    """
+    corpus = open_recorded(into)
+    floor = find_floor(corpus)
+    n_frames = len(corpus) if n_frames is None else n_frames
+    config = {
+        "renderer": renderer,
+        "into": {"corpus": corpus.digest, "floor": asdict(floor), "import": corpus.header.config["import"]},
+        "compose": asdict(compose),
+    }
+    if objects is not None:
+        objects = replace(objects, digest=object_mix(objects).library.digest)
+        config["objects"] = objects.told()
+    make = functools.partial(make_composed, into, corpus.digest, floor, compose, seed, n_frames, renderer, objects)
+    angles = tuple((str(name), float(low), float(high)) for name, low, high in corpus.header.labels["angles"])
+    return Order(seed, n_frames, config, make, angles)
+
+
 def make_composed(
     path: Path,
     digest: str,
@@ -89,9 +127,9 @@ def make_composed(
     seed: int,
     n_frames: int,
     renderer: str,
-    objects: Callable[[], ObjectMix] | None = None,
+    objects: LibraryUse | None = None,
 ) -> ComposedFrames:
-    """The frames of a composed corpus.
+    """The frames of such a corpus.
 
     Args:
         path: Folder of the recorded corpus.
@@ -101,7 +139,7 @@ def make_composed(
         seed: Of everything random.
         n_frames: How many.
         renderer: Its name.
-        objects: Reads the imported objects, if any are used.
+        objects: Imported objects, if any are used.
 
     Raises:
         UserError: The corpus has changed, a library cannot be used, or the renderer does not start.
@@ -109,7 +147,7 @@ def make_composed(
     corpus = open_recorded(path)
     if corpus.digest != digest:
         raise UserError(f"{path} has changed since the corpus was begun")
-    mix = None if objects is None else objects()
+    mix = None if objects is None else object_mix(objects)
     source = ComposedFrames(corpus, n_frames, Composer(compose, seed, floor.transform(), renderer, mix))
     try:
         _ = source.description

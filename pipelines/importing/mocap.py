@@ -1,20 +1,17 @@
-"""undergrowth import mocap: a pose library out of BVH motion capture."""
+"""A pose library out of BVH motion capture."""
 
-import hashlib
 import logging
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import tyro
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from pipelines.errors import UserError
+from pipelines.importing.splits import SplitRule
 from pipelines.settings import read_toml
 from synth.bodies.mocap.bvh import Bvh, MocapError, parse_bvh
 from synth.bodies.mocap.ground import Support, find_support
@@ -27,11 +24,9 @@ from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
     FOOT_UP,
-    SPLITS,
     PoseLibrary,
     Trial,
     joined,
-    write_library,
 )
 from synth.bodies.poses.place import place_pose
 from synth.bodies.shape.make import make_body
@@ -39,8 +34,6 @@ from synth.bodies.spec import BodySpec
 
 log = logging.getLogger(__name__)
 
-SHARES: dict[str, float] = {"train": 0.7, "val": 0.1, "test": 0.2}
-"""How subjects that no list names are dealt to the splits."""
 FRAMES_A_SECOND = 30.0
 """Of faster recordings, every second, third, ... frame is looked at."""
 AVERAGE = BodySpec(1.70, 68.0, 0.5, 35.0)
@@ -48,52 +41,22 @@ AVERAGE = BodySpec(1.70, 68.0, 0.5, 35.0)
 
 
 @dataclass(frozen=True)
-class MocapSettings:
-    """Makes a pose library out of BVH files; files that cannot be used are listed, the others imported.
+class MocapOptions:
+    """How recordings become a library.
 
     Attributes:
-        folder: Where the .bvh files are, at any depth.
-        out: File of the library.
-        mapping: TOML file with a table [joints] of role = "joint name", for files with names of their own.
+        splits: Deals the subjects to the splits.
+        custom: Names of joints, for files with names of their own.
         distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
-        train: Subjects, or patterns such as '0*', that belong to this split.
-        val: Likewise.
-        test: Likewise; '*' puts all into the test split.
-        seed: Deals out the subjects that no list names.
     """
 
-    folder: Annotated[Path, tyro.conf.Positional]
-    out: Path
-    mapping: Path | None = None
+    splits: SplitRule = field(default_factory=SplitRule)
+    custom: Convention | None = None
     distance: float = 0.06
-    train: tuple[str, ...] = ()
-    val: tuple[str, ...] = ()
-    test: tuple[str, ...] = ()
-    seed: int = 0
 
-    def run(self) -> int:
-        """Imports, tells what became of every file."""
-        library = import_mocap(self)
-        write_library(self.out, library)
-        for split in SPLITS:
-            n_standing, n_sitting = (len(library.rows(split, is_sitting)) for is_sitting in (False, True))
-            subjects = sorted({trial.subject for trial in library.trials if trial.split == split})
-            log.info(
-                "%-5s %5d standing %5d sitting, subjects %s", split, n_standing, n_sitting, " ".join(subjects)
-            )
-        for split in sorted(set(SPLITS) - {trial.split for trial in library.trials}):
-            log.warning("no subject was dealt to %s; name some with --%s", split, split)
-        log.info("%d poses in %s, digest %s", len(library), self.out, library.digest[:16])
-        return 0
-
-    def given_splits(self) -> dict[str, str]:
-        """Split by subject, as the lists say."""
-        given: dict[str, str] = {}
-        for split in SPLITS:
-            for subject in getattr(self, split):
-                if given.setdefault(subject, split) != split:
-                    raise UserError(f"subject {subject} is listed for {given[subject]} and for {split}")
-        return given
+    def __post_init__(self) -> None:
+        if not self.distance >= 0.0:
+            raise UserError(f"distance={self.distance} must not be negative")
 
 
 @dataclass(frozen=True)
@@ -120,38 +83,35 @@ class Recording:
         return self.poses.trials[0]
 
 
-def import_mocap(settings: MocapSettings) -> PoseLibrary:
+def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
     """Reads all files and keeps the poses that differ and fit an average body.
 
     Args:
-        settings: What to import.
+        folder: Where the .bvh files are, at any depth.
+        options: How they become a library.
 
     Raises:
         UserError: There is no file, or none can be used.
     """
-    if not settings.distance >= 0.0:
-        raise UserError(f"distance={settings.distance} must not be negative")
-    given = settings.given_splits()
-    custom = None if settings.mapping is None else read_mapping(settings.mapping)
-    if not settings.folder.is_dir():
-        raise UserError(f"{settings.folder} is no folder")
-    files = sorted(path for path in settings.folder.rglob("*") if path.suffix.lower() == ".bvh")
+    if not folder.is_dir():
+        raise UserError(f"{folder} is no folder")
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".bvh")
     if not files:
-        raise UserError(f"{settings.folder} has no .bvh files")
+        raise UserError(f"{folder} has no .bvh files")
     recordings: list[Recording] = []
     refused: list[str] = []
     for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
         try:
-            recordings.append(_read(path, recordings, custom, given, settings))
+            recordings.append(_read(path, recordings, options))
         except (MocapError, OSError, UnicodeDecodeError) as error:
             refused.append(f"refused: {path} {error}")
     for line in refused:
         log.warning("%s", line)
     if not recordings:
-        raise UserError(f"none of the {len(files)} .bvh files in {settings.folder} can be used")
-    library = _library(recordings, settings)
+        raise UserError(f"none of the {len(files)} .bvh files in {folder} can be used")
+    library = _library(recordings, options.distance)
     if not len(library):
-        raise UserError(f"no pose of the {len(recordings)} usable files in {settings.folder} is left to keep")
+        raise UserError(f"no pose of the {len(recordings)} usable files in {folder} is left to keep")
     return library
 
 
@@ -183,34 +143,7 @@ def trial_and_subject(path: Path) -> tuple[str, str]:
     return f"{subject}_{path.stem}", subject
 
 
-def split_of(subject: str, given: Mapping[str, str], seed: int) -> str:
-    """The split that all of a subject's recordings belong to.
-
-    Args:
-        subject: Who.
-        given: Split by subject or pattern, where it is fixed; a name goes before a pattern.
-        seed: Deals out the others, each independently of who else there is.
-    """
-    if subject in given:
-        return given[subject]
-    for pattern, split in given.items():
-        if fnmatchcase(subject, pattern):
-            return split
-    drawn = int.from_bytes(hashlib.sha256(f"{seed}/{subject}".encode()).digest()[:8], "big") / 2.0**64
-    for split, share in SHARES.items():
-        drawn -= share
-        if drawn < 0.0:
-            return split
-    return SPLITS[-1]
-
-
-def _read(
-    path: Path,
-    earlier: Sequence[Recording],
-    custom: Convention | None,
-    given: Mapping[str, str],
-    settings: MocapSettings,
-) -> Recording:
+def _read(path: Path, earlier: Sequence[Recording], options: MocapOptions) -> Recording:
     name, subject = trial_and_subject(path)
     for recording in earlier:
         if recording.trial.name == name:
@@ -222,16 +155,16 @@ def _read(
     if bvh.n_broken:
         log.warning("%s: NaN or infinity in %d of %d frames, which are dropped", path, bvh.n_broken, n_frames)
     taken = _thinned(bvh)
-    source = read_source(taken, custom)
+    source = read_source(taken, options.custom)
     if not source.has_rest:
         log.info("%s has no T-pose: limb directions are taken from joint positions", path)
     poses, support = retarget(source), find_support(source, taken.frame_time)
     places = joint_places(poses)
     is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
-    rows = unlike_poses(places, is_open, settings.distance)
-    trial = Trial(name, subject, split_of(subject, given, settings.seed), path.name)
+    rows = unlike_poses(places, is_open, options.distance)
+    trial = Trial(name, subject, options.splits.split_of(subject), path.name)
     return Recording(
-        _library_of(trial, poses, support, taken.frame, settings).taken(rows),
+        _library_of(trial, poses, support, taken.frame, options).taken(rows),
         places[rows],
         len(is_open),
         int(source.is_t_pose.sum()),
@@ -249,7 +182,7 @@ def _thinned(bvh: Bvh) -> Bvh:
 
 
 def _library_of(
-    trial: Trial, poses: Retargeted, support: Support, frame: NDArray[np.int64], settings: MocapSettings
+    trial: Trial, poses: Retargeted, support: Support, frame: NDArray[np.int64], options: MocapOptions
 ) -> PoseLibrary:
     n = len(poses.angles)
     feet = np.where(support.is_flat, FOOT_FLAT, np.where(support.is_down, FOOT_DOWN, FOOT_UP))
@@ -262,11 +195,11 @@ def _library_of(
         feet=feet.astype(np.uint8),
         trial=np.zeros(n, dtype=np.int32),
         frame=frame.astype(np.int32),
-        settings={"distance": settings.distance, "seed": settings.seed},
+        settings={"distance": options.distance, "seed": options.splits.seed},
     )
 
 
-def _library(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLibrary:
+def _library(recordings: Sequence[Recording], distance: float) -> PoseLibrary:
     """Thins each subject's poses and drops those that fit no body; tells what became of each file."""
     whole = joined([recording.poses for recording in recordings])
     places = np.concatenate([recording.places for recording in recordings])
@@ -274,7 +207,7 @@ def _library(recordings: Sequence[Recording], settings: MocapSettings) -> PoseLi
     unlike = []
     for subject in sorted(set(subjects)):
         rows = np.flatnonzero(subjects == subject)
-        unlike.append(rows[unlike_poses(places[rows], np.ones(len(rows), np.bool_), settings.distance)])
+        unlike.append(rows[unlike_poses(places[rows], np.ones(len(rows), np.bool_), distance)])
     kept = np.sort(np.concatenate([*unlike, np.empty(0, np.int64)]))
     fitting = kept[_fits(whole, kept)]
     n_kept, n_fitting = (np.bincount(whole.trial[rows], minlength=len(recordings)) for rows in (kept, fitting))

@@ -1,4 +1,4 @@
-"""Asks a model for the joints, and the labels of pixels, in many frames of a corpus."""
+"""Asks a model for the joints: in one recorded image, or in many frames of a corpus, with the labels of pixels."""
 
 import time
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, Pinhole
 from forests.oarf.classes import ClassTable
 from forests.rwf.forest import Walker
-from forests.rwf.start import upper_body_box
+from forests.rwf.start import Box, upper_body_box, upper_foreground_box
 from forests.rwf.train import BOX_MARGIN_M
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
@@ -63,6 +63,25 @@ def contestant_of(method: str, predictor: Any) -> Contestant:
     classes = model.classes if hasattr(predictor, "label_pixels") else None
     box_joints = model.config.box_joints if isinstance(predictor, Walker) else ()
     return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes, box_joints)
+
+
+def ask(
+    contestant: Contestant, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None
+) -> JointEstimate:
+    """The joints of the one person in a depth image.
+
+    Args:
+        contestant: The model.
+        depth: (height, width) uint16 [mm], 0 = nothing.
+        camera: Intrinsics.
+        box: left, top, right, bottom [px] of the person; None = a model that needs a start gets the upper part
+            of all that the image shows, others look everywhere.
+    """
+    told = box
+    if told is None and contestant.box_joints:
+        told = upper_foreground_box(depth, camera)
+    predictor: Any = contestant.predictor
+    return predictor.predict(depth, camera, box=told)
 
 
 class _Answer(NamedTuple):

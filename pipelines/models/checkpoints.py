@@ -15,7 +15,8 @@ from pipelines.errors import UserError
 TreeT = TypeVar("TreeT")
 
 _KIND = "tree"
-_PATTERN = "tree_*.safetensors"
+TREE_FILES = "tree_*.safetensors"
+"""Pattern of the names of their files."""
 
 
 class TreeFolder(Generic[TreeT]):
@@ -47,7 +48,7 @@ class TreeFolder(Generic[TreeT]):
     @property
     def n_trees(self) -> int:
         """Trees that are there."""
-        return sum(1 for _ in self.path.glob(_PATTERN))
+        return sum(1 for _ in self.path.glob(TREE_FILES))
 
     def load(self, tree: int) -> TreeT | None:
         """A tree that was finished before, or None."""
@@ -62,7 +63,7 @@ class TreeFolder(Generic[TreeT]):
 
     def clear(self) -> None:
         """Forgets all trees."""
-        for file in [*self.path.glob(_PATTERN), *self.path.glob("*.tmp")]:
+        for file in [*self.path.glob(TREE_FILES), *self.path.glob("*.tmp")]:
             file.unlink()
 
     def check(self) -> None:
@@ -71,7 +72,7 @@ class TreeFolder(Generic[TreeT]):
         Raises:
             UserError: Trees of other settings.
         """
-        for file in sorted(self.path.glob(_PATTERN)):
+        for file in sorted(self.path.glob(TREE_FILES)):
             try:
                 there = read_model(file, _KIND).metadata
             except ModelFileError:

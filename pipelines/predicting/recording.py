@@ -13,8 +13,7 @@ from forests.estimate import JointEstimate
 from pipelines.drawing.tiles import spread_places
 from pipelines.errors import UserError
 from pipelines.metrics.measures import WITHIN_M
-from pipelines.models.asking import Contestant
-from pipelines.predicting.ask import ask
+from pipelines.models.asking import Contestant, ask
 from pipelines.recordings.entries import SMALLEST_BLOB
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout

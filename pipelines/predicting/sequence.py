@@ -19,8 +19,7 @@ from pipelines.drawing.frames import Picture
 from pipelines.drawing.skeletons import skeleton_panel
 from pipelines.drawing.tiles import sheet, sheet_tile, spread_places
 from pipelines.errors import UserError
-from pipelines.models.asking import Contestant
-from pipelines.predicting.ask import ask
+from pipelines.models.asking import Contestant, ask
 from pipelines.predicting.images import DepthImage, Request
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
@@ -33,7 +32,7 @@ N_LISTED = 20
 
 
 @dataclass(frozen=True)
-class Way:
+class PredictionOptions:
     """How images are asked about.
 
     Attributes:
@@ -67,24 +66,26 @@ class Answer(NamedTuple):
     estimate: JointEstimate
 
 
-class Asked:
+class PredictionRun:
     """A model, and the folder that what it answers is written to.
 
     Attributes:
         contestant: The model.
         about: What is told of its file.
-        way: How it is asked.
+        options: How it is asked.
         out: The folder.
     """
 
-    def __init__(self, contestant: Contestant, about: dict[str, Any], way: Way, out: Path) -> None:
+    def __init__(
+        self, contestant: Contestant, about: dict[str, Any], options: PredictionOptions, out: Path
+    ) -> None:
         self.contestant = contestant
         self.about = about
-        self.way = way
+        self.options = options
         self.out = out
-        self._smoother = TrackSmoother(way.fps) if way.fps else None
+        self._smoother = TrackSmoother(options.fps) if options.fps else None
 
-    def one(self, request: Request) -> None:
+    def predict_one(self, request: Request) -> None:
         """Asks about an only image.
 
         Raises:
@@ -94,7 +95,7 @@ class Asked:
         self._write(answer)
         self._tell(answer)
 
-    def several(self, requests: Sequence[Request]) -> int:
+    def predict_all(self, requests: Sequence[Request]) -> int:
         """Asks about each image of a sequence; those that cannot be read are told and left out.
 
         Returns:
@@ -115,7 +116,7 @@ class Asked:
             lines.append(_line({"name": request.name} | self._write(answer)))
             if place in shown:
                 tiles.append(sheet_tile(self._panel(answer), request.name))
-            if self.way.lists and len(requests) <= N_LISTED:
+            if self.options.lists and len(requests) <= N_LISTED:
                 self._tell(answer)
         write_atomically(self.out / LINES_NAME, "".join(lines))
         if tiles:
@@ -125,19 +126,19 @@ class Asked:
     def _answer(self, request: Request) -> Answer:
         image = request.read()
         depth = self._cut(image.depth, request.source)
-        estimate = ask(self.contestant, depth, image.camera, self.way.box)
+        estimate = ask(self.contestant, depth, image.camera, self.options.box)
         if self._smoother is not None:
             estimate = self._smoother.smoothed(request.track, request.tick, estimate)
         return Answer(request, DepthImage(depth, image.camera), estimate)
 
     def _cut(self, depth: NDArray[np.uint16], source: str) -> NDArray[np.uint16]:
         """The depth image without what is nearer or farther; something must be left in the box."""
-        near, far = self.way.near, self.way.far
+        near, far = self.options.near, self.options.far
         metres = depth * 1e-3
         depth = depth * ((metres >= near) & (metres <= far))
-        left, top, right, bottom = self.way.box or (0, 0, depth.shape[1], depth.shape[0])
+        left, top, right, bottom = self.options.box or (0, 0, depth.shape[1], depth.shape[0])
         if not depth[max(0, top) : max(0, bottom), max(0, left) : max(0, right)].any():
-            where = " in the box" if self.way.box else ""
+            where = " in the box" if self.options.box else ""
             raise UserError(f"{source} shows nothing{where} between {near:g} and {far:g} m")
         return depth
 
@@ -145,7 +146,7 @@ class Asked:
         """Writes an image's files, and gives what they say."""
         document = self._document(answer)
         write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
-        if self.way.pictures:
+        if self.options.pictures:
             picture = skeleton_picture(self.contestant, *answer.image, answer.estimate)
             _write_picture(self.out / f"{answer.request.name}.overlay.png", picture)
         return document
@@ -169,10 +170,10 @@ class Asked:
             "model": {name: self.about[name] for name in ("name", "kind", "digest")},
             "image": {"source": answer.request.source, "width": width, "height": height},
             "camera": {name: float(getattr(answer.image.camera, name)) for name in ("fx", "fy", "cx", "cy")},
-            "box": self.way.box,
-            "near": self.way.near,
-            "far": number_value(self.way.far),
-            "smoothed_fps": self.way.fps or None,
+            "box": self.options.box,
+            "near": self.options.near,
+            "far": number_value(self.options.far),
+            "smoothed_fps": self.options.fps or None,
             "joints": joint_values(answer.estimate, self.contestant.joints),
         }
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pipelines.commands.evaluate import file_digest, load_contestant
 from pipelines.models.asking import Contestant
+from pipelines.models.opening import file_digest, open_model
 from pipelines.report.source import Source
 
 
@@ -26,7 +26,7 @@ def first_model(source: Source, name: str) -> Trained | None:
     path: Path = source.folder / model["file"]
     if not path.is_file() or file_digest(path) != model["digest"]:
         return None
-    return Trained(*load_contestant(path))
+    return Trained(*open_model(path))
 
 
 def first_models(source: Source) -> dict[str, Trained]:

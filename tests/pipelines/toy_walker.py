@@ -5,8 +5,8 @@ import json
 import cv2
 import numpy as np
 
-from pipelines.commands.generate import generate
 from pipelines.commands.import_depth import DepthSettings
+from pipelines.generation.writing import write_shown
 from pipelines.recordings.poses import camera_pose
 from synth.camera import Camera
 from synth.geometry import inverse, transform_points
@@ -101,5 +101,5 @@ def write_recording(folder, n_frames=24, known=NAMES, pose=""):
 
 def import_recording(folder, out, layout, splits="train=0.5,val=0.25,test=0.25"):
     """Imports the frames into a corpus."""
-    generate(out, DepthSettings(folder, out, layout, splits=splits).order()[1])
+    write_shown(out, DepthSettings(folder, out, layout, splits=splits).order()[1])
     return out

@@ -17,7 +17,7 @@ from synth.bodies.poses import library
 from synth.occluders import meshlib
 from synth.scene import SceneConfig
 
-CONFIG = AblationConfig(questions=tuple(QUESTIONS), n_seeds=2)
+CONFIG = AblationConfig(questions=tuple(QUESTIONS), n_seeds={"oarf": 2, "rwf": 1})
 LIBRARIES = Libraries(Library(Path("poses.lib"), "p"), Library(Path("objects.lib"), "o"))
 
 
@@ -27,13 +27,17 @@ LIBRARIES = Libraries(Library(Path("poses.lib"), "p"), Library(Path("objects.lib
 def keys_of(config):
     """Keys of corpora, of models by row and seed, and of rows by row and seed, of the main table."""
     main = make_plan(config).conditions[0]
-    trainings = {(job.training.row, job.training.forest.seed): job.training for job in main.scorings}
+    trainings = {(job.training.row, job.training.config.seed): job.training for job in main.scorings}
     return {
         "corpus": {job.training.corpus.key for job in main.scorings},
         "oarf": {name: job.key for name, job in trainings.items() if not name[0].startswith("rwf")},
         "rwf": {name: job.key for name, job in trainings.items() if name[0].startswith("rwf")},
-        "rows": {(job.training.row, job.training.forest.seed): job.key for job in main.scorings},
+        "rows": {(job.training.row, job.training.config.seed): job.key for job in main.scorings},
     }
+
+
+def with_models(**models):
+    return replace(CONFIG, models={**CONFIG.models, **models})
 
 
 def with_corpus(**changes):
@@ -46,12 +50,12 @@ def with_corpus(**changes):
         (replace(CONFIG, n_resamples=10), set()),
         (replace(CONFIG, questions=()), set()),
         (replace(CONFIG, unseen_class="table", noisy_sensor="kinect_v1", tree_counts=(2,)), set()),
-        (replace(CONFIG, oarf=OARFConfig(mode="baseline")), set()),
-        (replace(CONFIG, rwf=RWFConfig(layer="body")), set()),
+        (with_models(oarf=OARFConfig(mode="baseline")), set()),
+        (with_models(rwf=RWFConfig(layer="body")), set()),
         (replace(CONFIG, sensor="kinect_v2"), {"oarf", "rwf", "rows"}),
-        (replace(CONFIG, oarf=OARFConfig(n_pixels=999)), {"oarf", "rows"}),
-        (replace(CONFIG, oarf=OARFConfig(growth=GrowthConfig(max_depth=19))), {"oarf", "rows"}),
-        (replace(CONFIG, rwf=RWFConfig(n_points=299)), {"rwf", "rows"}),
+        (with_models(oarf=OARFConfig(n_pixels=999)), {"oarf", "rows"}),
+        (with_models(oarf=OARFConfig(growth=GrowthConfig(max_depth=19))), {"oarf", "rows"}),
+        (with_models(rwf=RWFConfig(n_points=299)), {"rwf", "rows"}),
         (with_corpus(test_frames=439), {"corpus", "rows"}),
         (with_corpus(val_frames=199), {"corpus", "oarf", "rwf", "rows"}),
         (with_corpus(train_frames=1111), {"corpus", "oarf", "rwf", "rows"}),
@@ -97,8 +101,8 @@ def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
     for name in ("corpus", "train", "val", "sensor"):
         assert len({getattr(job.training, name) for job in main.scorings}) == 1
     assert len({job.test for job in main.scorings}) == 1
-    assert [job.training.forest.seed for job in main.of_row("semantic")] == [0, 1]
-    layers = {row: main.of_row(row)[0].training.forest.layer for row in ("rwf_body", "rwf")}
+    assert [job.training.config.seed for job in main.of_row("semantic")] == [0, 1]
+    layers = {row: main.of_row(row)[0].training.config.layer for row in ("rwf_body", "rwf")}
     assert layers == {"rwf_body": "body", "rwf": "composite"}
 
 
@@ -201,14 +205,14 @@ def test_the_sizes_are_shipped(size, n_train, n_test):
 
 def test_the_papers_size_has_the_papers_forests():
     config = load_config("paper")
-    assert (config.oarf, config.corpus, config.rows) == (OARFConfig(), CorpusConfig(), ROWS)
+    assert (config.models["oarf"], config.corpus, config.rows) == (OARFConfig(), CorpusConfig(), ROWS)
 
 
 def test_a_file_goes_before_the_size(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text("n_seeds = 3\n[corpus]\nseed = 5\n")
+    path.write_text("n_seeds = { oarf = 3 }\n[corpus]\nseed = 5\n")
     config, demo = load_config("demo", path), load_config("demo")
-    assert config == replace(demo, n_seeds=3, corpus=replace(demo.corpus, seed=5))
+    assert config == replace(demo, n_seeds={"oarf": 3, "rwf": 1}, corpus=replace(demo.corpus, seed=5))
     assert merged({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}, "d": 4}) == {"a": {"b": 3, "c": 2}, "d": 4}
 
 
@@ -218,7 +222,9 @@ def test_a_file_goes_before_the_size(tmp_path):
         ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
         ("rows = ['rwf', 'kinect']", "'kinect' is unknown; known are baseline"),
         ("rows = ['rwf', 'rwf']", "must be 1 or more different names"),
-        ("n_seeds = 0", "n_seeds=0 must be at least 1"),
+        ("n_seeds = { oarf = 0 }", "n_seeds.oarf=0 must be at least 1"),
+        ("n_seeds = { cnn = 1 }", "n_seeds 'cnn' unknown; known are oarf, rwf"),
+        ("oarf = 3", ".oarf=3 must be a table"),
         ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
         ("unseen_class = 'bathtub'", "unseen_class 'bathtub' unknown; known are table"),
         ("sensor = 'eye'", "sensor 'eye' unknown; known are ideal"),

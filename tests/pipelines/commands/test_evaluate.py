@@ -17,13 +17,13 @@ from forests.oarf.storage import quantised, save_model
 from forests.oarf.tune import untuned
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from pipelines.cli import main
-from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics import MEASURES, read_truths
 from pipelines.metrics.results import read_results
 from pipelines.models.asking import Contestant, contestant_of, predict_frames
+from pipelines.models.opening import open_model
 from synth.vocabulary import JOINT_NAMES, OCCLUDER_CODE, JointState
 
 
@@ -84,7 +84,7 @@ def evaluated(toy_corpus, monkeypatch, capsys):
     def run(predictor, *options, corpus=toy_corpus):
         contestant = contestant_of("forest", predictor)
         about = {"name": "forest.safetensors", "digest": "00", "config": {"n_trees": 3}}
-        monkeypatch.setattr("pipelines.commands.evaluate.load_contestant", lambda path: (contestant, about))
+        monkeypatch.setattr("pipelines.commands.evaluate.open_model", lambda path: (contestant, about))
         code = main(["evaluate", "forest.safetensors", str(corpus.path), "--resamples", "30", *options])
         out, err = capsys.readouterr()
         assert (code, err) == (0, "")
@@ -204,7 +204,7 @@ def test_a_corpus_without_the_split_is_told(order, tmp_path, evaluated, toy_corp
 def test_a_forest_is_read_from_its_file(tmp_path):
     path = tmp_path / "stump.safetensors"
     save_model(path, stump())
-    contestant, about = load_contestant(path)
+    contestant, about = open_model(path)
     assert contestant.method == "stump"
     assert contestant.joints == JOINT_NAMES
     assert contestant.classes is not None

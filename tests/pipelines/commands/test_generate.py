@@ -5,8 +5,8 @@ import json
 import pytest
 
 from pipelines.cli import main
-from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus
+from pipelines.corpus.faults import faults
 from synth.bodies.skeleton import DOFS
 from synth.scene import SceneConfig
 

@@ -8,12 +8,13 @@ import pytest
 from toy_walker import CAMERA, HEIGHT_M, NAMES, TILT_DEG, import_recording, write_recording
 
 from pipelines.cli import main
-from pipelines.commands.generate import GenerateSettings, generate
-from pipelines.commands.verify import faults
+from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
+from pipelines.corpus.faults import faults
 from pipelines.errors import CorpusError, UserError
 from pipelines.generation.composed import spread_over
 from pipelines.generation.floor import Floor, find_floor, fit_floor
+from pipelines.generation.writing import write_shown
 from synth.geometry import inverse, transform_points
 from synth.occluders import registry
 from synth.occluders.solids.distance import solid_distances
@@ -45,7 +46,7 @@ def composed(recorded, tmp_path_factory):
 
 
 def compose(recorded, out, workers=1, **settings):
-    generate(out, GenerateSettings(out, into=recorded.path, **settings).order(), workers)
+    write_shown(out, GenerateSettings(out, into=recorded.path, **settings).order(), workers)
     return Corpus.open(out)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pipelines.commands.generate import GenerateSettings
+from pipelines.commands.import_meshes import MeshSettings
 from pipelines.errors import UserError
-from pipelines.importing.meshes import MeshSettings, import_meshes
 from synth.occluders.imported.sizes import TO_UPRIGHT
 from tests.shared_data import SHARED
 
@@ -57,7 +57,7 @@ def test_every_kind_of_file_gives_the_same_thing(tmp_path: Path) -> None:
     obj(tmp_path / "a.obj", 100.0)  # in centimetres
     ply(tmp_path / "b.ply")
     stl(tmp_path / "c.stl")
-    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", class_name="suitcase", test=("[ab]",)))
+    library = MeshSettings(tmp_path, tmp_path / "lib", class_name="suitcase", test=("[ab]",)).library()
     assert [model.name for model in library.models] == ["a", "b", "c"]
     assert [model.frame for model in library.models] == ["cm, y up", "m, z up", "m, z up"]
     assert {model.split for model in library.models[:2]} == {"test"}
@@ -72,7 +72,7 @@ def test_a_urdf_is_posed_within_its_limits_by_the_seed(tmp_path: Path) -> None:
     urdf(tmp_path / "suitcase__trolley.urdf")
     heights = []
     for seed in (0, 0, 1):
-        (model,) = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", seed=seed)).models
+        (model,) = MeshSettings(tmp_path, tmp_path / "lib", seed=seed).library().models
         assert (model.class_name, model.name) == ("suitcase", "trolley")
         heights.append(float(model.vertices[:, 2].max()))
     assert heights[0] == heights[1] != heights[2]
@@ -87,7 +87,7 @@ def test_what_cannot_be_used_is_listed_and_the_rest_imported(
     obj(tmp_path / "table__huge.obj", 3e5)
     (tmp_path / "suitcase__empty.ply").write_text("ply\n")
     caplog.set_level("WARNING", "pipelines")
-    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib"))
+    library = MeshSettings(tmp_path, tmp_path / "lib").library()
     assert [model.name for model in library.models] == ["good"]
     refused = [record.getMessage() for record in caplog.records]
     assert len(refused) == 3
@@ -101,24 +101,24 @@ def test_an_index_says_class_split_and_forward(tmp_path: Path) -> None:
     obj(tmp_path / "a.obj")
     (tmp_path / "index.csv").write_text("file,category,split,forward\na.obj,bag,val,z\n")
     settings = MeshSettings(tmp_path, tmp_path / "lib", index=tmp_path / "index.csv")
-    (model,) = import_meshes(settings).models
+    (model,) = settings.library().models
     assert (model.class_name, model.split) == ("suitcase", "val")
     assert np.ptp(model.vertices, axis=0) == pytest.approx((0.3, 0.5, 0.7), abs=1e-6)
     (tmp_path / "index.csv").write_text("file,class\nb.obj,bag\n")
     with pytest.raises(UserError, match=r"lists b\.obj, which is not in"):
-        import_meshes(settings)
+        settings.library()
     (tmp_path / "index.csv").write_text("name\nb\n")
     with pytest.raises(UserError, match="needs a header with a column 'file'"):
-        import_meshes(settings)
+        settings.library()
 
 
 def test_bad_orders_are_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="has no files of the kinds"):
-        import_meshes(MeshSettings(tmp_path, tmp_path / "lib"))
+        MeshSettings(tmp_path, tmp_path / "lib").library()
     with pytest.raises(UserError, match="is no folder"):
-        import_meshes(MeshSettings(tmp_path / "none", tmp_path / "lib"))
+        MeshSettings(tmp_path / "none", tmp_path / "lib").library()
     with pytest.raises(UserError, match="class 'lamp' is unknown, known are table"):
-        import_meshes(MeshSettings(tmp_path, tmp_path / "lib", class_name="lamp"))
+        MeshSettings(tmp_path, tmp_path / "lib", class_name="lamp").library()
 
 
 def test_the_digest_goes_into_the_configuration(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_the_digest_goes_into_the_configuration(tmp_path: Path) -> None:
 def test_a_real_table_and_a_real_laptop_are_understood(tmp_path: Path) -> None:
     for name in ("table__cafe_table_gazebo.obj", "laptop__laptop_volta.obj"):
         (tmp_path / name).write_bytes((REAL / name).read_bytes())
-    laptop, table = import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models
+    laptop, table = MeshSettings(tmp_path, tmp_path / "lib").library().models
     assert laptop.role == "laptop"
     assert table.role == "table"
     assert table.occluder.anchor("top").size == pytest.approx((0.914, 0.914), abs=0.03)
@@ -193,7 +193,7 @@ def write_scenes(trimesh, folder: Path) -> None:
 def test_scene_graphs_and_kinds_of_files_give_one_table(tmp_path: Path) -> None:
     trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
     write_scenes(trimesh, tmp_path)
-    library = import_meshes(MeshSettings(tmp_path, tmp_path / "lib", test=("*",)))
+    library = MeshSettings(tmp_path, tmp_path / "lib", test=("*",)).library()
     frames = {model.name: model.frame for model in library.models}
     assert frames == {
         "glb": "m, y up", "gltf": "m, y up", "y": "m, y up", "z_ply": "m, z up", "z_stl": "mm, z up",
@@ -227,7 +227,7 @@ def test_what_a_dae_says_of_itself_counts_where_it_can_be_true(
     dates = "<created>2020-01-01T00:00:00</created><modified>2020-01-01T00:00:00</modified>"
     text = re.sub("<asset>.*?</asset>", f"<asset>{dates}{asset}</asset>", text, flags=re.DOTALL)
     (tmp_path / "table__a.dae").write_text(text)
-    (model,) = import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models
+    (model,) = MeshSettings(tmp_path, tmp_path / "lib").library().models
     assert model.frame == frame
     assert np.ptp(model.vertices, axis=0)[2] == pytest.approx(0.75, abs=1e-4)
 
@@ -243,7 +243,7 @@ def test_a_table_forty_metres_long_is_refused(tmp_path: Path, caplog: pytest.Log
     large.apply_scale(40.0 / 1.4)
     large.export(tmp_path / "table__large.glb")
     caplog.set_level("WARNING", "pipelines")
-    names = {model.name for model in import_meshes(MeshSettings(tmp_path, tmp_path / "lib")).models}
+    names = {model.name for model in MeshSettings(tmp_path, tmp_path / "lib").library().models}
     refused = [record.getMessage() for record in caplog.records]
     assert len(names) == 5
     assert len(refused) == 4

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from pipelines.cli import main
-from pipelines.commands.verify import faults
+from pipelines.commands.import_mocap import MocapSettings
 from pipelines.corpus import Corpus
-from pipelines.importing.mocap import MocapSettings, import_mocap, split_of, trial_and_subject
+from pipelines.corpus.faults import faults
+from pipelines.importing.mocap import trial_and_subject
+from pipelines.importing.splits import SplitRule
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
@@ -180,16 +182,16 @@ def test_a_mapping_reads_joints_of_any_name(folder, lib, tmp_path):
     (tmp_path / "01_01.bvh").write_text(text)
     (tmp_path / "mine.toml").write_text("[joints]\n" + "\n".join(f'{r} = "{n}"' for r, n in names.items()))
     settings = MocapSettings(tmp_path, tmp_path / "p", tmp_path / "mine.toml", train=("01",))
-    mapped, known = import_mocap(settings), read_library(lib)
+    mapped, known = settings.library(), read_library(lib)
     assert np.array_equal(mapped.angles, known.angles[known.trial == 0])
 
 
 def test_subjects_are_dealt_out_each_on_its_own_and_lists_go_first():
-    dealt = {str(k): split_of(str(k), {}, 0) for k in range(2000)}
+    dealt = {str(k): SplitRule(seed=0).split_of(str(k)) for k in range(2000)}
     shares = {split: sum(s == split for s in dealt.values()) / 2000 for split in ("train", "val", "test")}
     assert shares == pytest.approx({"train": 0.7, "val": 0.1, "test": 0.2}, abs=0.03)
-    assert split_of("5", {"5": "val"}, 0) == "val"
-    assert dealt != {str(k): split_of(str(k), {}, 1) for k in range(2000)}
+    assert SplitRule(val=("5",)).split_of("5") == "val"
+    assert dealt != {str(k): SplitRule(seed=1).split_of(str(k)) for k in range(2000)}
 
 
 @pytest.mark.parametrize(
@@ -237,7 +239,7 @@ def test_without_their_t_pose_recordings_give_nearly_the_same_poses(name):
 def test_people_on_stools_sit_and_people_who_walk_stand(tmp_path):
     for name in ("13_01_daz", "14_31_daz", "12_01_daz"):
         (tmp_path / f"{name}.bvh").write_bytes((DATA / f"{name}.bvh").read_bytes())
-    library = import_mocap(MocapSettings(tmp_path, tmp_path / "p"))
+    library = MocapSettings(tmp_path, tmp_path / "p").library()
     share = {
         trial.name: float(library.is_sitting[library.trial == k].mean()) for k, trial in enumerate(library.trials)
     }
@@ -258,7 +260,7 @@ def test_fast_recordings_are_thinned_to_the_frames_of_slow_ones_and_cut_ones_tol
         b"\xef\xbb\xbf" + (fast + "\n".join(line for line in lines for _ in range(4))).encode()
     )
     caplog.set_level("WARNING", "pipelines")
-    ours, theirs = (import_mocap(MocapSettings(tmp_path / name, tmp_path / "lib")) for name in "ba")
+    ours, theirs = (MocapSettings(tmp_path / name, tmp_path / "lib").library() for name in "ba")
     assert (ours.angles == theirs.angles).all()
     assert (ours.frame == 4 * theirs.frame).all()
     assert [record.getMessage() for record in caplog.records] == [
@@ -276,9 +278,7 @@ def test_frames_with_nan_and_files_without_a_t_pose_are_imported_and_told(tmp_pa
         (tmp_path / name).mkdir()
         (tmp_path / name / "05_01.bvh").write_text(text)
     caplog.set_level("INFO", "pipelines")
-    ours, theirs, _ = (
-        import_mocap(MocapSettings(tmp_path / name, tmp_path / "lib", distance=0.0)) for name in "bac"
-    )
+    ours, theirs, _ = (MocapSettings(tmp_path / name, tmp_path / "lib", distance=0.0).library() for name in "bac")
     assert set(theirs.frame) - set(ours.frame) == {len(whole) - 5 - first}
     told = [record.getMessage() for record in caplog.records]
     assert f"{tmp_path / 'b' / '05_01.bvh'}: NaN or infinity in 1 of 41 frames, which are dropped" in told
@@ -287,7 +287,7 @@ def test_frames_with_nan_and_files_without_a_t_pose_are_imported_and_told(tmp_pa
 
 
 def test_a_pattern_puts_all_subjects_into_a_split(folder, tmp_path):
-    library = import_mocap(MocapSettings(folder, tmp_path / "lib", test=("*",)))
+    library = MocapSettings(folder, tmp_path / "lib", test=("*",)).library()
     assert {trial.split for trial in library.trials} == {"test"}
-    library = import_mocap(MocapSettings(folder, tmp_path / "lib", val=("02",), test=("0[13]",)))
+    library = MocapSettings(folder, tmp_path / "lib", val=("02",), test=("0[13]",)).library()
     assert {trial.subject: trial.split for trial in library.trials} == {"01": "test", "02": "val", "03": "test"}

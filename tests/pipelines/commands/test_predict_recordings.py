@@ -20,10 +20,10 @@ from forests.rwf.start import upper_foreground_box
 from forests.rwf.storage import save_model as save_rwf
 from forests.rwf.train import train_rwf
 from pipelines.cli import main
-from pipelines.commands.evaluate import load_contestant
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing.tiles import N_SHOWN, spread_places
-from pipelines.predicting.ask import ask
+from pipelines.models.asking import ask
+from pipelines.models.opening import open_model
 from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 from tests.shared_data import SHARED
@@ -251,7 +251,7 @@ def test_only_models_that_need_a_start_are_given_one(models):
 
     depth = silhouette(standing())
     for kind in ("oarf", "rwf"):
-        contestant = replace(load_contestant(models / kind)[0], predictor=Spy())
+        contestant = replace(open_model(models / kind)[0], predictor=Spy())
         ask(contestant, depth, CAMERA)
         ask(contestant, depth, CAMERA, (1, 2, 3, 4))
     assert told == [None, (1, 2, 3, 4), upper_foreground_box(depth, CAMERA), (1, 2, 3, 4)]

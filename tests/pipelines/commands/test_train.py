@@ -70,10 +70,10 @@ def test_an_interrupted_training_goes_on_to_the_same_bytes(trained, toy_corpus, 
     with monkeypatch.context() as patch:
         stop_after_second_tree(patch, interrupt)
         assert train(toy_corpus, out) == 130
-    assert "2 finished trees are kept; the same command goes on" in capsys.readouterr().out
+    assert "2 finished trees are kept; run the same command" in capsys.readouterr().out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["m.partial"]
     assert train(toy_corpus, out) == 0
-    assert "going on after 2 trees" in capsys.readouterr().out
+    assert "continuing after 2 finished trees" in capsys.readouterr().out
     assert out.read_bytes() == trained.read_bytes()
     assert list(tmp_path.iterdir()) == [out]
 
@@ -196,7 +196,7 @@ def test_a_random_walk_forest_is_trained_stopped_and_asked(toy_corpus, tmp_path,
         stop_after_second_tree(patch, interrupt)
         assert main([*words, "--out", str(out)]) == 130
     assert main([*words, "--out", str(out), "--threads", "2"]) == 0
-    assert "going on after 2 trees" in capsys.readouterr().out
+    assert "continuing after 2 finished trees" in capsys.readouterr().out
     assert out.read_bytes() == whole.read_bytes()
     asked = ["predict", str(out), "--corpus", str(toy_corpus.path), "--frame", "190", "--out", str(tmp_path)]
     assert main(asked) == 0

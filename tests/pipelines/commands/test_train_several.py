@@ -144,7 +144,7 @@ def test_training_goes_on_in_the_same_order_of_corpora_alone(
         assert train(others, tmp_path / "m") == 1
         assert "holds trees of another training: corpus is [" in error_line(capsys)
     assert train((toy_corpus, recorded), tmp_path / "m", "--threads", "2") == 0
-    assert "going on after 1 trees" in capsys.readouterr().out
+    assert "continuing after 1 finished trees" in capsys.readouterr().out
     assert (tmp_path / "m").read_bytes() == mixed.read_bytes()
 
 

@@ -8,8 +8,8 @@ import pytest
 from toy_source import ToySource
 
 from pipelines.cli import main
-from pipelines.commands.verify import faults
 from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus.faults import faults
 from pipelines.corpus.laws import broken_laws
 from pipelines.errors import CorpusError
 

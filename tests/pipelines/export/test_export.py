@@ -10,9 +10,9 @@ import pytest
 
 from pipelines.cli import main
 from pipelines.errors import UserError
-from pipelines.export import EXPORTERS, export
 from pipelines.export.coco import run_lengths
 from pipelines.export.itop import ITOP_JOINTS, SEGMENT_OF_PART
+from pipelines.export.write import EXPORTERS, export
 from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES
 
 THEIR_WARNINGS = pytest.mark.filterwarnings("ignore::DeprecationWarning")

@@ -103,7 +103,7 @@ def made(tmp_path_factory, toy_corpus):
 @pytest.fixture
 def report(made, toy_corpus, monkeypatch):
     """Runs the command with models that answer."""
-    monkeypatch.setattr("pipelines.report.models.load_contestant", lambda path: (model(path.stem), {}))
+    monkeypatch.setattr("pipelines.report.models.open_model", lambda path: (model(path.stem), {}))
 
     def run(out, *words):
         return main(["report", str(made), "--corpus", str(toy_corpus.path), "--out", str(out), *map(str, words)])

@@ -15,7 +15,6 @@ from pipelines.ablate.config import AblationConfig
 from pipelines.ablate.document import PAPER_MAP_10CM
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.cli import main
-from pipelines.commands.evaluate import file_digest
 from pipelines.commands.report import report_page
 from pipelines.corpus.header import software_versions
 from pipelines.metrics import (
@@ -33,6 +32,7 @@ from pipelines.metrics.document import pixel_values
 from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.results import write_results
 from pipelines.models.asking import Contestant
+from pipelines.models.opening import file_digest
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
 from pipelines.report.examples import PLACES, Place, at_quantiles
 from pipelines.report.markup import table
@@ -391,7 +391,7 @@ def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, t
         asked.append(path.name)
         return Contestant(path.stem, Labeller(), truths.joints, Classes()), {}
 
-    monkeypatch.setattr("pipelines.report.models.load_contestant", load)
+    monkeypatch.setattr("pipelines.report.models.open_model", load)
     answers = answers_of(truths, ("baseline", "occluders", "semantic", "rwf"))
     made = write_folder(tmp_path / "a", toy_corpus, answers, models=("baseline", "semantic", "rwf"))
     (made / "models/baseline-0.safetensors").write_bytes(b"another forest")

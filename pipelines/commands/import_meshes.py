@@ -1,0 +1,71 @@
+"""undergrowth import meshes: an object library out of mesh files and URDFs."""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from pipelines.importing.meshes import MeshOptions, import_meshes, read_index
+from pipelines.importing.splits import SplitRule
+from synth.occluders.imported.model import Hints
+from synth.occluders.meshlib import MeshLibrary, write_library
+from synth.vocabulary import SPLITS
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Makes an object library out of meshes; files that cannot be used are listed, the others imported.
+
+    Attributes:
+        folder: Where the files are, at any depth: OBJ, GLB, GLTF, PLY, STL, DAE, URDF.
+        out: File of the library.
+        class_name: Class of all files that neither the index nor their name (table__round.obj) says one of.
+        index: CSV file with a column file, and any of class, unit, up, forward, split; empty cells are found.
+        unit: Of all files that the index gives none for.
+        up: Axis that points up, likewise.
+        forward: Axis that the thing's user looks along, likewise: a sitter's or a typist's view.
+        train: Names of models, or patterns such as 'kitchen*', that belong to this split.
+        val: Likewise.
+        test: Likewise; '*' puts all into the test split.
+        seed: Deals out the models that no list names, and sets the joints of URDFs.
+    """
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    out: Path
+    class_name: Annotated[str | None, tyro.conf.arg(name="class")] = None
+    index: Path | None = None
+    unit: Literal["m", "cm", "mm", "inch"] | None = None
+    up: Literal["x", "y", "z"] | None = None
+    forward: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None
+    train: tuple[str, ...] = ()
+    val: tuple[str, ...] = ()
+    test: tuple[str, ...] = ()
+    seed: int = 0
+
+    def run(self) -> int:
+        """Imports, tells what became of every file."""
+        library = self.library()
+        write_library(self.out, library)
+        for split in SPLITS:
+            names = [f"{model.class_name}/{model.name}" for model in library.of(split)]
+            log.info("%-5s %3d models: %s", split, len(names), ", ".join(names) or "none")
+        log.info("%d models in %s, digest %s", len(library.models), self.out, library.digest[:16])
+        return 0
+
+    def library(self) -> MeshLibrary:
+        """The library, not written yet.
+
+        Raises:
+            UserError: There is no file, none can be used, or a class or an index is wrong.
+        """
+        options = MeshOptions(
+            SplitRule(self.train, self.val, self.test, self.seed),
+            self.class_name,
+            {} if self.index is None else read_index(self.index),
+            Hints(self.unit, self.up, self.forward),
+        )
+        return import_meshes(self.folder, options)

@@ -1,0 +1,65 @@
+"""undergrowth import mocap: a pose library out of BVH motion capture."""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from pipelines.importing.mocap import MocapOptions, import_mocap, read_mapping
+from pipelines.importing.splits import SplitRule
+from synth.bodies.poses.library import PoseLibrary, write_library
+from synth.vocabulary import SPLITS
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class MocapSettings:
+    """Makes a pose library out of BVH files; files that cannot be used are listed, the others imported.
+
+    Attributes:
+        folder: Where the .bvh files are, at any depth.
+        out: File of the library.
+        mapping: TOML file with a table [joints] of role = "joint name", for files with names of their own.
+        distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
+        train: Subjects, or patterns such as '0*', that belong to this split.
+        val: Likewise.
+        test: Likewise; '*' puts all into the test split.
+        seed: Deals out the subjects that no list names.
+    """
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    out: Path
+    mapping: Path | None = None
+    distance: float = 0.06
+    train: tuple[str, ...] = ()
+    val: tuple[str, ...] = ()
+    test: tuple[str, ...] = ()
+    seed: int = 0
+
+    def run(self) -> int:
+        """Imports, tells what became of every file."""
+        library = self.library()
+        write_library(self.out, library)
+        for split in SPLITS:
+            n_standing, n_sitting = (len(library.rows(split, is_sitting)) for is_sitting in (False, True))
+            subjects = sorted({trial.subject for trial in library.trials if trial.split == split})
+            log.info(
+                "%-5s %5d standing %5d sitting, subjects %s", split, n_standing, n_sitting, " ".join(subjects)
+            )
+        for split in sorted(set(SPLITS) - {trial.split for trial in library.trials}):
+            log.warning("no subject was dealt to %s; name some with --%s", split, split)
+        log.info("%d poses in %s, digest %s", len(library), self.out, library.digest[:16])
+        return 0
+
+    def library(self) -> PoseLibrary:
+        """The library, not written yet.
+
+        Raises:
+            UserError: There is no file, or none can be used.
+        """
+        custom = None if self.mapping is None else read_mapping(self.mapping)
+        options = MocapOptions(SplitRule(self.train, self.val, self.test, self.seed), custom, self.distance)
+        return import_mocap(self.folder, options)

@@ -1,0 +1,64 @@
+"""Frames drawn from a seed and settings, as an order for a corpus."""
+
+import functools
+from dataclasses import asdict, replace
+
+from pipelines.corpus import Order
+from pipelines.errors import UserError
+from pipelines.generation.libraries import LibraryUse, object_mix, pose_mix
+from synth.bodies.skeleton import DOFS
+from synth.scene import FrameSource, SceneConfig
+
+
+def drawn_order(
+    scene: SceneConfig,
+    seed: int,
+    n_frames: int,
+    renderer: str = "numba",
+    poses: LibraryUse | None = None,
+    objects: LibraryUse | None = None,
+) -> Order[FrameSource]:
+    """A corpus of drawn people among drawn or imported objects.
+
+    Args:
+        scene: What the scenes are drawn from.
+        seed: Of everything random.
+        n_frames: How many frames.
+        renderer: numba or pyrender.
+        poses: Recorded poses that some people take, if any are used.
+        objects: Imported objects that some scenes take, if any are used.
+
+    Raises:
+        UserError: A library cannot be used.
+    """
+    config: dict[str, object] = {"renderer": renderer, "scene": asdict(scene)}
+    if poses is not None:
+        poses = replace(poses, digest=pose_mix(poses).library.digest)
+        config["poses"] = poses.told()
+    if objects is not None:
+        objects = replace(objects, digest=object_mix(objects).library.digest)
+        config["objects"] = objects.told()
+    make = functools.partial(make_source, scene, seed, n_frames, renderer, poses, objects)
+    angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
+    return Order(seed, n_frames, config, make, angles)
+
+
+def make_source(
+    scene: SceneConfig,
+    seed: int,
+    n_frames: int,
+    renderer: str,
+    poses: LibraryUse | None = None,
+    objects: LibraryUse | None = None,
+) -> FrameSource:
+    """The frames of such a corpus; arguments as of `drawn_order`.
+
+    Raises:
+        UserError: The renderer's library or device is missing, or a library cannot be used.
+    """
+    pose_source = None if poses is None else pose_mix(poses)
+    object_source = None if objects is None else object_mix(objects)
+    try:
+        return FrameSource(scene, seed, n_frames, renderer, pose_source, object_source)
+    except (ImportError, RuntimeError) as error:
+        raise UserError(f"renderer {renderer} does not start: {error}") from error

@@ -1,0 +1,122 @@
+"""Scores a model on a split of a corpus, with and without offsets between joint definitions, as JSON values."""
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from pipelines.corpus import Corpus
+from pipelines.corpus.fields import SPLITS
+from pipelines.corpus.header import software_versions
+from pipelines.corpus.sequence import CorpusFrames
+from pipelines.errors import UserError
+from pipelines.metrics import N_RESAMPLES, draw_frames, read_truths
+from pipelines.metrics.document import pixel_values, score_document
+from pipelines.metrics.offsets import frames_apart, learn_offsets, upwards, with_offsets
+from pipelines.metrics.pixels import Confusion
+from pipelines.metrics.resampling import FrameWeights
+from pipelines.metrics.results import Results, write_results
+from pipelines.models.asking import Contestant, predict_frames
+from pipelines.spread import spread
+
+SCHEMA = "undergrowth evaluation"
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """What a score depends on besides model and corpus.
+
+    Attributes:
+        split: Which frames: train, val or test.
+        sensor: Sensor model for the depth; None = clean depth.
+        limit: Most frames that are scored, evenly spread; 0 = all.
+        joint_offsets: Frames, not scored, on which offsets between the joints of corpus and model are learned for
+            a second score; 0 = none.
+        pixels: Whether labels of pixels are scored too, if the model gives any.
+        resamples: Resamples of the frames for the confidence intervals.
+        seed: Of the resamples.
+    """
+
+    split: str = "test"
+    sensor: str | None = None
+    limit: int = 0
+    joint_offsets: int = 0
+    pixels: bool = True
+    resamples: int = N_RESAMPLES
+    seed: int = 0
+
+
+def score_model(
+    contestant: Contestant,
+    about: dict,
+    corpus: Corpus,
+    scoring: Scoring,
+    n_threads: int = 1,
+    rows: Path | None = None,
+) -> dict:
+    """Scores a model; writes what it answered if a file is named.
+
+    Args:
+        contestant: The model.
+        about: What is told of its file, as JSON values.
+        corpus: An open corpus.
+        scoring: Which frames, and how.
+        n_threads: Frames in work at a time; the scores do not depend on it.
+        rows: .npz file for the answers beside the truth.
+
+    Returns:
+        All scores as JSON values, see docs/metrics.md.
+
+    Raises:
+        UserError: No such sensor for the corpus, or no frames are left to be scored.
+    """
+    if not scoring.pixels:
+        contestant = replace(contestant, classes=None)
+    corpus.check_sensor(scoring.sensor)
+    learning, scored = frames_apart(corpus, scoring.split, scoring.joint_offsets)
+    indices = spread(scored, scoring.limit)
+    if not len(indices):
+        raise UserError(f"{corpus.path} has no frames of the split {scoring.split}")
+    results, confusion = _answers(contestant, corpus, indices, scoring.sensor, n_threads)
+    context = {
+        "schema": SCHEMA,
+        "schema_version": SCHEMA_VERSION,
+        "model": about,
+        "corpus": {"name": corpus.path.resolve().name, "digest": corpus.digest},
+        "configuration": asdict(scoring),
+        "software": software_versions(),
+    }
+    if rows is not None:
+        write_results(rows, [results], context)
+    weights = draw_frames(len(indices), scoring.resamples, np.random.default_rng(scoring.seed))
+    document = context | score_document(results, weights)
+    document["pixels"] = None if confusion is None else pixel_values(confusion)
+    document["joint_offsets"] = None
+    if len(learning):
+        without_pixels = replace(contestant, classes=None)
+        taught, _ = _answers(without_pixels, corpus, learning, scoring.sensor, n_threads)
+        document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
+    return document
+
+
+def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: FrameWeights) -> dict:
+    """Offsets learned on some frames' results, and the scores of the others' with them, as JSON values."""
+    learning = taught.truths.frame
+    offsets = learn_offsets(taught, upwards(corpus, learning))
+    moved = with_offsets(results, upwards(corpus, results.truths.frame), offsets)
+    return {
+        "splits": [name for name in SPLITS if name in {corpus.info(int(number)).split for number in learning}],
+        "frames": learning.tolist(),
+        "by_joint": offsets.values(),
+        "scores": score_document(moved, weights),
+    }
+
+
+def _answers(
+    contestant: Contestant, corpus: Corpus, indices: np.ndarray, sensor: str | None, n_threads: int
+) -> tuple[Results, Confusion | None]:
+    frames = CorpusFrames(corpus, indices, sensor)
+    with tqdm(total=len(frames), unit="frame", delay=2.0, dynamic_ncols=True) as bar:
+        return predict_frames(contestant, frames, read_truths(corpus, indices), n_threads, bar.update)

@@ -1,0 +1,90 @@
+"""Trains a model of any kind into a file; finished trees lie beside it until it is there."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from forests.frames import FrameSequence
+from forests.modelfile import ModelFileError, read_model
+from pipelines.errors import UserError
+from pipelines.models.checkpoints import TREE_FILES, TreeFolder, open_trees
+from pipelines.models.kinds import ModelConfig, ModelKind
+
+
+def train_into(
+    path: Path,
+    kind: ModelKind,
+    config: ModelConfig,
+    frames: FrameSequence,
+    validation: FrameSequence,
+    *,
+    identity: Mapping[str, Any],
+    metadata: Callable[[Any], dict[str, Any]],
+    n_threads: int = 1,
+    drops_others: bool = False,
+    on_resume: Callable[[int], object] = lambda n_trees: None,
+    on_share: Callable[[float], object] = lambda share: None,
+) -> None:
+    """Trains a model and writes its file. Interrupted, it goes on after the last finished tree when called again.
+
+    Args:
+        path: The file; finished trees lie in PATH.partial until it is written.
+        kind: What sort of model.
+        config: Its settings.
+        frames: Frames to learn from.
+        validation: Frames to tune on.
+        identity: All that the trees depend on, as JSON values: those of another identity are not used.
+        metadata: What the file tells beside the model, from the trained model.
+        n_threads: Threads; the model does not depend on it.
+        drops_others: Remove trees of another identity instead of refusing.
+        on_resume: Told how many finished trees are used again, if any are.
+        on_share: Told the share of the work that is done, 0..1.
+
+    Raises:
+        UserError: Trees of another identity, or another process trains into the same file.
+        ValueError: Frames that nothing can be learned from.
+    """
+    tools = kind.tools()
+
+    def unpack(arrays: dict[str, np.ndarray]) -> Any:
+        return tools.unpack_tree(arrays, frames.labels, config)
+
+    store: TreeFolder[Any] = TreeFolder(partial_folder(path), identity, tools.pack_tree, unpack)
+    with open_trees(store, drops_others):
+        if store.n_trees:
+            on_resume(store.n_trees)
+        model = tools.train(
+            frames, config, validation=validation, n_threads=n_threads, checkpoint=store, on_progress=on_share
+        )
+        tools.save(path, model, metadata(model))
+        store.clear()
+
+
+def partial_folder(path: Path) -> Path:
+    """The folder of a model's finished trees."""
+    return path.with_name(path.name + ".partial")
+
+
+def n_finished_trees(path: Path) -> int:
+    """Number of finished trees that lie beside a model that is being trained."""
+    return sum(1 for _ in partial_folder(path).glob(TREE_FILES))
+
+
+def check_target(path: Path, overwrite: bool) -> None:
+    """Makes sure that a model may be written there.
+
+    Raises:
+        UserError: Something is there that must not be replaced, or the folder is missing.
+    """
+    if not path.parent.is_dir():
+        raise UserError(f"{path.parent} is not a folder; create it first")
+    if not path.exists():
+        return
+    try:
+        read_model(path)
+    except ModelFileError as error:
+        raise UserError(f"{error}; it is not overwritten, choose another file") from None
+    if not overwrite:
+        raise UserError(f"{path} exists already; add --overwrite to replace it")
