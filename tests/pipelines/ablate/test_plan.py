@@ -220,7 +220,7 @@ def test_a_file_goes_before_the_size(tmp_path):
     ("text", "message"),
     [
         ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
-        ("rows = ['rwf', 'kinect']", "'kinect' is unknown; known are baseline"),
+        ("rows = ['rwf', 'kinect']", "rows 'kinect' unknown; known are baseline"),
         ("rows = ['rwf', 'rwf']", "must be 1 or more different names"),
         ("n_seeds = { oarf = 0 }", "n_seeds.oarf=0 must be at least 1"),
         ("n_seeds = { cnn = 1 }", "n_seeds 'cnn' unknown; known are oarf, rwf"),

@@ -143,7 +143,7 @@ def test_a_library_that_cannot_be_used_is_one_line(lib, tmp_path, capsys, words,
         ({}, ["--mapping", "m.toml"], "cannot read m.toml: No such file"),
         ({"a.bvh": "no"}, [], "none of the 1 .bvh files"),
         ({"a.bvh": "no"}, ["--distance", "-1"], "distance=-1.0 must not be negative"),
-        ({"a.bvh": "no"}, ["--train", "7", "--test", "7"], "subject 7 is listed for train and for test"),
+        ({"a.bvh": "no"}, ["--train", "7", "--test", "7"], "7 is listed for train and for test"),
         (
             {"a.bvh": "no", "m.toml": "[joint]"},
             ["--mapping", "m.toml"],
