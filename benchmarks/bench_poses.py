@@ -12,9 +12,10 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.poses.draft import landmarks_of
-from synth.bodies.poses.draw import HandTarget, HandTargets, draw_arms, draw_base
+from synth.bodies.poses.draw import draw_arms, draw_base
 from synth.bodies.poses.families import FAMILIES
+from synth.bodies.poses.hands import HandTarget, HandTargets
+from synth.bodies.poses.landmarks import landmarks_of
 from synth.bodies.rig.collision import self_collides
 from synth.bodies.rig.ik import HAND_LINK, Goal, solve_limb
 from synth.bodies.rig.kinematics import link_transforms

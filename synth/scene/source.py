@@ -152,9 +152,9 @@ class FrameSource:
         return None
 
     def _visible_share(self, scene: Scene) -> tuple[float, float]:
-        """The scene's own range, within the configured one unless nothing is meant to hide the person."""
+        """The scene's own range, within the configured one if objects are meant to hide the person."""
         low, high = scene.visible_share
-        if scene.family == "unhidden":
+        if not scene.hides_person:
             return low, high
         return max(low, self.config.visible_share[0]), min(high, self.config.visible_share[1])
 

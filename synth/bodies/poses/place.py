@@ -6,8 +6,9 @@ import numpy as np
 
 from synth.bodies.body import Body, Pose
 from synth.bodies.poses.draft import Draft
+from synth.bodies.poses.lap import lay_hands_in_lap
 from synth.bodies.poses.library import FOOT_DOWN, FOOT_FLAT, FOOT_UP, PoseLibrary
-from synth.bodies.poses.sit import lay_hands_in_lap, lower_onto_seat, put_foot_down
+from synth.bodies.poses.sit import lower_onto_seat, put_foot_down
 from synth.bodies.poses.stand import SIGN, curl_fingers, hang_arm
 from synth.bodies.rig.collision import self_collides
 from synth.bodies.rig.ik import Goal, solve_limb
