@@ -11,7 +11,7 @@ from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
 from pipelines.errors import UserError
 from pipelines.settings import from_table, read_toml
-from synth.render.sensors.models import SENSOR_NAMES
+from synth.render.sensors import SENSOR_NAMES
 from synth.scene import SceneConfig
 from synth.vocabulary import OCCLUDER_CLASSES
 

@@ -128,7 +128,7 @@ class SceneDraw:
         split: "train", "val" or "test".
         frame_idx: Number of the frame within its split.
         rng: The frame's randomness.
-        library: Recorded poses that the person is taken from; None for procedural ones.
+        library: Poses from motion capture that the person is taken from; None for procedural ones.
     """
 
     config: SceneConfig

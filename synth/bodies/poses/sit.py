@@ -9,7 +9,7 @@ from synth.bodies.body import Body, Pose
 from synth.bodies.poses.crossed import cross_legs
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.landmarks import landmarks_of, mean_radius
-from synth.bodies.poses.stand import SIGN, TRUNK_HINGES, look_about
+from synth.bodies.poses.stand import SIGN, TRUNK_HINGES, draft_pitch, look_about
 from synth.bodies.rig.ik import Goal
 
 SEAT_DEPTH_SHARE = 0.72
@@ -132,7 +132,7 @@ class _Foot:
 def _set_legs(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sitting, seat_height: float) -> None:
     """Lays the thighs along the seat, crosses the legs of who does, and puts the feet down."""
     feet = _draw_feet(draft, rng, wild, sitting)
-    pelvis = -float(np.degrees(np.arcsin(draft.T_world_root[2, 0])))
+    pelvis = draft_pitch(draft)
     for side, foot in feet.items():
         draft.set(f"{side}_", hip_flexion=90 + pelvis, hip_abduction=foot.spread, knee_flexion=85)
     for _ in range(2):
