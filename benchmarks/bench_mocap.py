@@ -27,10 +27,10 @@ from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.mocap.source import Source, read_source, read_source_from_positions
-from synth.bodies.poses.draft import landmarks_of
-from synth.bodies.poses.draw import seat_contact, seat_height_of
+from synth.bodies.poses.landmarks import landmarks_of
 from synth.bodies.poses.library import FOOT_UP, PoseLibrary
 from synth.bodies.poses.place import place_pose
+from synth.bodies.poses.sit import seat_contact, seat_height_of
 from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.shape.make import make_body

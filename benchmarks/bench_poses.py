@@ -12,15 +12,16 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.poses.draft import landmarks_of
-from synth.bodies.poses.draw import HandTarget, HandTargets, draw_arms, draw_base
+from synth.bodies.poses.draw import draw_arms, draw_base
 from synth.bodies.poses.families import FAMILIES
+from synth.bodies.poses.hands import HandTarget, HandTargets
+from synth.bodies.poses.landmarks import landmarks_of
 from synth.bodies.rig.collision import self_collides
-from synth.bodies.rig.ik import HAND_LINK, Goal, solve_limb
+from synth.bodies.rig.ik import Goal, solve_limb
 from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.shape.make import make_body
-from synth.bodies.skeleton import LOWER, UPPER
+from synth.bodies.skeleton import LINK_IDX, LOWER, UPPER
 from synth.bodies.spec import sample_body
 
 
@@ -66,7 +67,7 @@ def bench_kernels(person: Body) -> None:
     rng = np.random.default_rng(0)
     pose = Pose(rng.uniform(0.3 * LOWER, 0.3 * UPPER), np.eye(4))
     T = link_transforms(person.skeleton, pose.angles, pose.T_world_root)
-    hand = T[HAND_LINK["l"]]
+    hand = T[LINK_IDX["l_wrist_deviation"]]
     goals = [
         Goal("wrist_deviation", (0, 0, -0.05), hand[:3, 3] - 0.05 * hand[:3, 2]),
         Goal("wrist_deviation", (0, -1, 0), -hand[:3, 1], 0.1, is_point=False),

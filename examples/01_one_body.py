@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.bodies.poses.draw import draw_arms, draw_base
-from synth.bodies.rig.kinematics import joint_positions
-from synth.bodies.rig.skinning import posed_mesh
-from synth.bodies.rig.urdf import write_urdf
-from synth.bodies.shape.make import make_body
-from synth.bodies.spec import sample_body
-from synth.vocabulary import JOINT_NAMES
+from synth import (
+    JOINT_NAMES,
+    draw_arms,
+    draw_base,
+    joint_positions,
+    make_body,
+    posed_mesh,
+    sample_body,
+    write_urdf,
+)
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_body")
 rng = np.random.default_rng(7)

@@ -9,9 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from synth.render.sensors.models import apply_sensor
-from synth.scene import FrameSource, SceneConfig
-from synth.vocabulary import JOINT_NAMES, JointState
+from synth import JOINT_NAMES, FrameSource, JointState, SceneConfig, apply_sensor
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_frame")
 out.mkdir(parents=True, exist_ok=True)

@@ -7,18 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.geometry import translation
-from synth.occluders import registry
-from synth.occluders.solids.distance import solid_distances
+from synth import occluders, solid_distances, translation
 
 rng = np.random.default_rng(0)
-table = registry.sample("table", rng, kind="table", height=0.74)
-laptop = registry.sample("laptop", rng)
-print(registry.to_plain(table))
+table = occluders.sample("table", rng, kind="table", height=0.74)
+laptop = occluders.sample("laptop", rng)
+print(occluders.to_plain(table))
 
-made = registry.make(table)
+made = occluders.make(table)
 print(f"{made.class_name}: {len(made.mesh.faces)} faces, anchors {[anchor.name for anchor in made.anchors]}")
-opened = registry.make(replace(laptop, hinge_angle=np.radians(120.0)))
+opened = occluders.make(replace(laptop, hinge_angle=np.radians(120.0)))
 print(f"opened laptop is {opened.mesh.vertices[:, 2].max():.2f} m high")
 
 point = np.array([[0.0, 0.0, 1.0]])

@@ -44,7 +44,7 @@ class FrameInfo:
         subject: The BodySpec's fields as plain JSON values.
         scene_family: Which kind of scene ("table", "laptop_lap", ...).
         pose_family: Which kind of pose ("writing", ...).
-        pose_id: Identifier of the pose draw, or of the recorded pose; splits never share one.
+        pose_id: Identifier of the pose draw, or of the captured pose; splits never share one.
         visible_fraction: Person's pixels in the composite over those of the body alone.
         objects: The objects, in order of instance.
     """

@@ -18,9 +18,9 @@ from synth.bodies.body import Body, Pose
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import heading_of
 from synth.bodies.mocap.source import Source, read_source
-from synth.bodies.poses.draw import seat_contact, seat_height_of
 from synth.bodies.poses.library import PoseLibrary, read_library
 from synth.bodies.poses.place import place_pose
+from synth.bodies.poses.sit import seat_contact, seat_height_of
 from synth.bodies.rig.skinning import posed_mesh
 from synth.bodies.shape.make import make_body
 from synth.bodies.spec import sample_body

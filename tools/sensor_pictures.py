@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
-from synth.render.presets import CAMERAS
-from synth.render.presets import camera as find_camera
-from synth.render.sensors.models import SENSOR_NAMES, apply_sensor
+from synth.render.presets import CAMERAS, camera_named
+from synth.render.sensors import SENSOR_NAMES, apply_sensor
 from synth.scene import FrameSource, SceneConfig, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
@@ -214,7 +213,7 @@ def main() -> None:
             clean = builtin_scene(camera, args.distance, is_furnished=True)
         else:
             clean = load_depth(args.clean)
-            camera = find_camera(args.camera)
+            camera = camera_named(args.camera)
         out = apply_sensor(name, clean, camera, np.random.default_rng(args.seed))
         tiles.append(tile(out, f"{name}: model", 800, 4200))
     for path in real_files(args.real, args.n_real):

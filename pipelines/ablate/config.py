@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 from pipelines.errors import UserError
 from pipelines.models.kinds import KINDS, VARIANTS, ModelConfig
 from pipelines.settings import from_table, read_toml
-from synth.render.sensors.models import SENSOR_NAMES
+from synth.render.sensors import SENSOR_NAMES
 from synth.scene import SceneConfig
 from synth.vocabulary import OCCLUDER_CLASSES
 

@@ -114,7 +114,7 @@ class Corpus:
         Raises:
             CorpusError: It is unknown, or would measure a second time what a real sensor has measured.
         """
-        from synth.render.sensors.models import SENSOR_NAMES
+        from synth.render.sensors import SENSOR_NAMES
 
         if sensor is None:
             return
@@ -218,7 +218,7 @@ class Corpus:
         return record
 
     def _sensed(self, sensor: str, index: int, depth: np.ndarray) -> np.ndarray:
-        from synth.render.sensors.models import apply_sensor
+        from synth.render.sensors import apply_sensor
 
         self.check_sensor(sensor)
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])

@@ -19,7 +19,6 @@ from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import Convention
 from synth.bodies.mocap.select import joint_places, unlike_poses
 from synth.bodies.mocap.source import read_source
-from synth.bodies.poses.draw import seat_height_of
 from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
@@ -29,6 +28,7 @@ from synth.bodies.poses.library import (
     joined,
 )
 from synth.bodies.poses.place import place_pose
+from synth.bodies.poses.sit import seat_height_of
 from synth.bodies.shape.make import make_body
 from synth.bodies.spec import BodySpec
 

@@ -8,7 +8,7 @@ from pipelines.errors import UserError
 from pipelines.recordings.entries import in_order, is_picture
 from pipelines.recordings.layout import CameraLayout, Format, Layout, known_layouts
 from pipelines.recordings.readers import READERS, SUFFIXES
-from synth.render.presets import camera as preset
+from synth.render.presets import camera_named as preset
 
 
 @dataclass(frozen=True)

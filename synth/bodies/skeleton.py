@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.vocabulary import JOINT_NAMES, N_JOINTS
+
 
 @dataclass(frozen=True)
 class Dof:
@@ -101,6 +103,8 @@ DOF_IDX: dict[str, int] = {dof.name: i for i, dof in enumerate(DOFS)}
 LINK_IDX: dict[str, int] = {"root": 0} | {dof.name: i + 1 for i, dof in enumerate(DOFS)}
 """Index of a link by the name of the hinge that moves it; link 0 is the root, link i + 1 hangs on hinge i."""
 N_LINKS = N_DOFS + 1
+JOINT_IDX: dict[str, int] = {name: i for i, name in enumerate(JOINT_NAMES)}
+"""Index of a joint centre by name."""
 PARENT_LINK: NDArray[np.int64] = np.array([LINK_IDX[dof.parent] for dof in DOFS], dtype=np.int64)
 """(n_dofs,) index of the link that carries hinge i."""
 AXES: NDArray[np.float64] = np.array([dof.axis for dof in DOFS], dtype=np.float64)
@@ -164,8 +168,8 @@ class Skeleton:
     def __post_init__(self) -> None:
         if self.offsets.shape != (N_DOFS, 3):
             raise ValueError(f"offsets have shape {self.offsets.shape}, must be ({N_DOFS}, 3)")
-        if self.joint_offsets.shape != (15, 3):
-            raise ValueError(f"joint_offsets have shape {self.joint_offsets.shape}, must be (15, 3)")
+        if self.joint_offsets.shape != (N_JOINTS, 3):
+            raise ValueError(f"joint_offsets have shape {self.joint_offsets.shape}, must be ({N_JOINTS}, 3)")
 
 
 @dataclass(frozen=True)
@@ -274,13 +278,13 @@ def make_skeleton(lengths: Lengths) -> Skeleton:
         offsets[DOF_IDX[f"{side}_knee_flexion"]] = (0, 0, -le.thigh)
         offsets[DOF_IDX[f"{side}_ankle_flexion"]] = (0, 0, -le.shank)
         offsets[DOF_IDX[f"{side}_toes_extension"]] = (le.foot, 0, -0.75 * le.ankle_height)
-    centres = np.zeros((15, 3))
+    centres = np.zeros((N_JOINTS, 3))
     trunk = le.pelvis_to_lumbar + le.lumbar_to_thorax + le.thorax_to_neck
-    centres[0] = (le.skull_forward, 0, le.head_up)
-    centres[2] = (0.01, 0, 0.5 * trunk - le.pelvis_to_lumbar)
-    for k, sign in enumerate((-1.0, 1.0)):
-        centres[3 + k] = (le.shoulder_forward + 0.01, sign * le.clavicle, 0)
-        centres[7 + k] = (0, 0, -0.6 * le.palm)
-        centres[9 + k] = (0, sign * le.hip_half_width, 0)
-        centres[13 + k] = (0.5 * le.foot, 0, -0.5 * le.ankle_height)
+    centres[JOINT_IDX["head"]] = (le.skull_forward, 0, le.head_up)
+    centres[JOINT_IDX["torso"]] = (0.01, 0, 0.5 * trunk - le.pelvis_to_lumbar)
+    for side, sign in (("r", -1.0), ("l", 1.0)):
+        centres[JOINT_IDX[f"{side}_shoulder"]] = (le.shoulder_forward + 0.01, sign * le.clavicle, 0)
+        centres[JOINT_IDX[f"{side}_hand"]] = (0, 0, -0.6 * le.palm)
+        centres[JOINT_IDX[f"{side}_hip"]] = (0, sign * le.hip_half_width, 0)
+        centres[JOINT_IDX[f"{side}_foot"]] = (0.5 * le.foot, 0, -0.5 * le.ankle_height)
     return Skeleton(offsets, centres)

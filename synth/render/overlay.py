@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.render.records import RenderedPair
-from synth.render.sensors.models import apply_sensor
+from synth.render.sensors import apply_sensor
 
 
 def lay_over(body_depth: NDArray[np.uint16], body_part: NDArray[np.uint8], objects: RenderedPair) -> RenderedPair:

@@ -29,7 +29,7 @@ CAMERAS: dict[str, Camera] = {
 """Camera presets by name. Lens distortion is left out: drivers hand out rectified depth, or nearly so."""
 
 
-def camera(name: str) -> Camera:
+def camera_named(name: str) -> Camera:
     """Looks a preset up.
 
     Args:
@@ -100,7 +100,7 @@ MOUNTINGS: dict[str, Mounting] = {
 """Mountings by name."""
 
 
-def mounting(name: str) -> Mounting:
+def mounting_named(name: str) -> Mounting:
     """Looks a mounting up.
 
     Args:

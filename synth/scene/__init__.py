@@ -1,8 +1,32 @@
 """Scenes: a posed person, the furniture around them and a camera; drawn, placed and rendered into frames."""
 
-from synth.scene.bases import PoseMix
-from synth.scene.config import SceneConfig, SceneWeights
-from synth.scene.objects import ObjectMix
-from synth.scene.source import FrameSource
+from typing import TYPE_CHECKING
 
-__all__ = ["FrameSource", "ObjectMix", "PoseMix", "SceneConfig", "SceneWeights"]
+from synth.lazy import exports
+
+if TYPE_CHECKING:
+    from synth.scene.bases import PoseMix
+    from synth.scene.config import SceneConfig, SceneWeights
+    from synth.scene.objects import ObjectMix
+    from synth.scene.source import FrameSource
+
+__all__ = [
+    "FrameSource",
+    "ObjectMix",
+    "PoseMix",
+    "SceneConfig",
+    "SceneWeights",
+]
+
+__getattr__, __dir__ = exports(
+    __name__,
+    {
+        "synth.scene.bases": ("PoseMix",),
+        "synth.scene.config": (
+            "SceneConfig",
+            "SceneWeights",
+        ),
+        "synth.scene.objects": ("ObjectMix",),
+        "synth.scene.source": ("FrameSource",),
+    },
+)

@@ -1,4 +1,4 @@
-"""Where a person's pose comes from: drawn by a procedural family, or taken from a library of recorded ones."""
+"""Where a person's pose comes from: drawn by a procedural family, or taken from a library of captured ones."""
 
 from dataclasses import dataclass, replace
 
@@ -20,7 +20,7 @@ N_TRIES = 6
 
 @dataclass(frozen=True)
 class PoseMix:
-    """Recorded poses among the procedural ones.
+    """Poses from motion capture among the procedural ones.
 
     Attributes:
         library: The poses; a frame takes only those of its own split.
@@ -59,7 +59,7 @@ def draw_base_pose(draw: SceneDraw, family: str, body: Body, seat_height: float 
         seat_height: Top of the seat [m], for those who sit.
 
     Returns:
-        The pose in the person frame, or None if no recorded pose fitted.
+        The pose in the person frame, or None if no captured pose fitted.
     """
     kind = FAMILIES[family]
     rows = _rows(draw, kind)
@@ -84,7 +84,7 @@ def _rows(draw: SceneDraw, kind: PoseFamily) -> NDArray[np.int64]:
 def draw_arms_pose(
     draw: SceneDraw, family: str, body: Body, base: Pose, targets: HandTargets | None = None
 ) -> Pose | None:
-    """Puts the arms where a family wants them; recorded arms stay unless the family's hands touch something.
+    """Puts the arms where a family wants them; captured arms stay unless the family's hands touch something.
 
     Args:
         draw: The attempt.

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass, field, fields
 
 from synth.camera import Camera
-from synth.render.presets import MOUNTINGS, camera
+from synth.render.presets import camera_named, mounting_named
 
 SPLITS: tuple[str, ...] = ("train", "val", "test")
 
@@ -120,8 +120,7 @@ class SceneConfig:
 
     def __post_init__(self) -> None:
         self.make_camera()
-        if self.mounting not in MOUNTINGS:
-            raise ValueError(f"unknown mounting {self.mounting!r}, known are {', '.join(MOUNTINGS)}")
+        mounting_named(self.mounting)
         for name, low, high in (
             ("distance", 0.4, 20.0),
             ("height", 0.0, 10.0),
@@ -143,7 +142,7 @@ class SceneConfig:
         if self.camera != "custom":
             if self.intrinsics is not None:
                 raise ValueError(f"intrinsics are for camera='custom', not camera={self.camera!r}")
-            return camera(self.camera)
+            return camera_named(self.camera)
         if self.intrinsics is None:
             raise ValueError("camera='custom' needs intrinsics (width, height, fx, fy, cx, cy)")
         width, height, fx, fy, cx, cy = self.intrinsics

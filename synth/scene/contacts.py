@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.poses.draw import HandTarget, HandTargets
+from synth.bodies.poses.hands import HandTarget, HandTargets
+from synth.bodies.skeleton import JOINT_IDX
 from synth.geometry import inverse, rotation_about
 from synth.occluders import registry
 from synth.scene.bases import draw_arms_pose
@@ -49,7 +50,8 @@ def lower_on_lap(draw: SceneDraw, person: Person) -> PlacedObject | None:
     top = float(thighs[:, 2].max())
     belly = trunk[(trunk[:, 2] > top - 0.1) & (trunk[:, 2] < top + 0.3), 0].max(initial=0.0)
     x = float(belly) + draw.gap() + 0.5 * base.size[0]
-    if x + 0.5 * base.size[0] > person.joints()[[11, 12], 0].min() + MAX_BEYOND_KNEES:
+    knees = person.joints()[[JOINT_IDX["l_knee"], JOINT_IDX["r_knee"]]]
+    if x + 0.5 * base.size[0] > knees[:, 0].min() + MAX_BEYOND_KNEES:
         return None
     tilt = _slope(thighs, x, base.size)
     T_world_base = pose_on_floor(x, float(draw.rng.normal(0.0, 0.015)), 0.0) @ rotation_about((0, 1, 0), -tilt)
@@ -80,11 +82,9 @@ def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Pe
     """Puts a stroller's handle within reach before the person, then the hands on it."""
     drawn = draw.place("stroller", np.eye(4), registry.KINDS["stroller"])
     handle = drawn.occluder.anchor("handle_left").T_object_anchor[:3, 3]
-    joints = person.joints()
-    arm = float(np.linalg.norm(joints[6] - joints[4]) + np.linalg.norm(joints[8] - joints[6]))
-    shoulder = joints[3:5].mean(axis=0)
+    shoulders, arm = _shoulders_and_arm(person)
     reach = float(draw.rng.uniform(*STROLLER_REACH)) * arm
-    T = pose_on_floor(shoulder[0] + reach - handle[0], shoulder[1], 0.0)
+    T = pose_on_floor(shoulders[0] + reach - handle[0], shoulders[1], 0.0)
     stroller = replace(drawn, T_world_object=T, contact_parts=FOREARMS)
     if stroller.is_nearer(person.points_without(FOREARMS | UPPER_ARMS), draw.config.clearance[0]):
         return None
@@ -93,6 +93,14 @@ def push_stroller(draw: SceneDraw, person: Person, pose_family: str) -> tuple[Pe
     )
     arms = draw_arms_pose(draw, pose_family, person.subject.body, person.pose, targets)
     return None if arms is None else (Person.in_pose(person.subject, arms), stroller)
+
+
+def _shoulders_and_arm(person: Person) -> tuple[NDArray[np.float64], float]:
+    """(3,) midpoint of the shoulders and length of the arm from shoulder to hand [m]."""
+    joints = person.joints()
+    shoulder, elbow, hand = (joints[JOINT_IDX[f"l_{name}"]] for name in ("shoulder", "elbow", "hand"))
+    middle = joints[[JOINT_IDX["r_shoulder"], JOINT_IDX["l_shoulder"]]].mean(axis=0)
+    return middle, float(np.linalg.norm(elbow - shoulder) + np.linalg.norm(hand - elbow))
 
 
 def _target(item: PlacedObject, anchor_name: str, grip: str) -> HandTarget:

@@ -100,8 +100,9 @@ class Scene:
         family: The scene family drawn.
         person: The person.
         objects: The objects, in the order of their instance numbers.
-        visible_share: Range of the person's visible share that makes the scene what it is called, within the
-            configured one where objects are meant to hide the person.
+        visible_share: Range of the person's visible share that makes the scene what it is called.
+        hides_person: Whether objects are meant to hide the person: the visible share is then within the configured
+            range as well.
         azimuth: Bearing that the camera must have, because objects stand in its way; None if free [rad].
     """
 
@@ -109,6 +110,7 @@ class Scene:
     person: Person
     objects: tuple[PlacedObject, ...] = ()
     visible_share: tuple[float, float] = (0.0, 1.0)
+    hides_person: bool = True
     azimuth: float | None = None
 
     def with_objects(self, *more: PlacedObject) -> "Scene":
@@ -126,7 +128,7 @@ class SceneDraw:
         split: "train", "val" or "test".
         frame_idx: Number of the frame within its split.
         rng: The frame's randomness.
-        library: Recorded poses that the person is taken from; None for procedural ones.
+        library: Poses from motion capture that the person is taken from; None for procedural ones.
     """
 
     config: SceneConfig

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.poses.families import FAMILIES
+from synth.bodies.poses.families import FAMILIES, Context, PoseFamily, Posture, families_for
 from synth.scene.bases import draw_arms_pose, draw_base_pose
 from synth.scene.clutter import add_clutter, push_in_the_way
 from synth.scene.contacts import key_targets, lower_on_lap, push_stroller, table_targets
@@ -25,53 +25,73 @@ SEVERAL_CLUTTER = (0.7, 0.3)
 """How often one or two unrelated objects join a scene of several."""
 
 
-def draw_pose_family(draw: SceneDraw, posture: str, context: str) -> str:
-    """Draws a pose family of a posture and a context by its weight."""
-    fitting = [f for f in FAMILIES.values() if f.context == context and f.posture == posture]
-    weights = np.array([f.weight for f in fitting])
-    return fitting[int(draw.rng.choice(len(fitting), p=weights / weights.sum()))].name
+def draw_pose_family(draw: SceneDraw, posture: Posture, context: Context = "none") -> str:
+    """Draws a daily pose family of a posture and a context by its weight."""
+    return _pick(families_for(posture, context), float(draw.rng.random()))
+
+
+def _pick(kinds: list[PoseFamily], place: float) -> str:
+    """The family at a place, 0..1, of the line in which each takes as much room as it weighs."""
+    ends = np.cumsum([kind.weight for kind in kinds])
+    return kinds[int(np.searchsorted(ends / ends[-1], place, side="right"))].name
+
+
+def _draw_free_pose_family(draw: SceneDraw, is_seated: bool) -> str:
+    """Draws what a person does whose hands touch nothing: sits, stands or exercises."""
+    if is_seated:
+        return draw_pose_family(draw, "sitting")
+    chance, share = float(draw.rng.random()), draw.config.exercising_share
+    if chance < share:
+        return _pick(families_for("standing", occasion="exercise"), chance / share)
+    return draw_pose_family(draw, "standing")
 
 
 def unhidden(draw: SceneDraw) -> Scene | None:
     """A standing person, or one on a seat, with nothing before them."""
     is_seated = draw.rng.random() < draw.config.seated_share
     subject = draw.subject(is_seated)
-    if not is_seated and draw.config.exercising_share > draw.rng.random():
-        pose_family = "exercising"
-    else:
-        pose_family = draw_pose_family(draw, "sitting" if is_seated else "standing", "none")
-    based = _based(draw, subject, pose_family, ())
+    pose_family = _draw_free_pose_family(draw, is_seated)
+    based = _based(draw, subject, pose_family)
     if based is None:
         return None
     person, seat = based
     arms = draw_arms_pose(draw, pose_family, subject.body, person.pose)
     if arms is None:
         return None
-    return Scene("unhidden", Person.in_pose(subject, arms), seat, UNHIDDEN_SHARE)
+    return Scene("unhidden", Person.in_pose(subject, arms), seat, UNHIDDEN_SHARE, hides_person=False)
 
 
 def table(draw: SceneDraw) -> Scene | None:
     """Sitting at a table with the hands on it, or standing before one."""
-    is_standing = draw.rng.random() < draw.config.standing_at_table_share
-    subject = draw.subject(not is_standing)
-    posture, context = ("standing", "none") if is_standing else ("sitting", "table")
-    pose_family = draw_pose_family(draw, posture, context)
-    based = _based(draw, subject, pose_family, DESK_CHAIRS)
-    if based is None:
+    if draw.rng.random() < draw.config.standing_at_table_share:
+        return _stand_before_table(draw)
+    return _sit_at_table(draw)
+
+
+def _stand_before_table(draw: SceneDraw) -> Scene | None:
+    subject = draw.subject(is_seated=False)
+    pose_family = draw_pose_family(draw, "standing")
+    base = draw_base_pose(draw, pose_family, subject.body)
+    if base is None:
         return None
-    person, seat = based
-    if is_standing:
-        arms = draw_arms_pose(draw, pose_family, subject.body, person.pose)
-        person = Person.in_pose(subject, arms) if arms is not None else person
-        pushed = push_table_up(draw, person, are_arms_on_it=False)
-        return None if arms is None or pushed is None else Scene("table", person, (pushed,))
-    pushed = push_table_up(draw, person)
-    if pushed is None:
+    arms = draw_arms_pose(draw, pose_family, subject.body, base)
+    person = Person.in_pose(subject, base if arms is None else arms)
+    pushed = push_table_up(draw, person, are_arms_on_it=False)
+    return None if arms is None or pushed is None else Scene("table", person, (pushed,))
+
+
+def _sit_at_table(draw: SceneDraw) -> Scene | None:
+    subject = draw.subject(is_seated=True)
+    pose_family = draw_pose_family(draw, "sitting", "table")
+    seated = seat_person(draw, subject, pose_family, DESK_CHAIRS)
+    pushed = None if seated is None else push_table_up(draw, seated[0])
+    if seated is None or pushed is None:
         return None
+    person, seat = seated
     arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, table_targets(pushed))
     if arms is None:
         return None
-    scene = Scene("table", Person.in_pose(subject, arms), (*seat, pushed))
+    scene = Scene("table", Person.in_pose(subject, arms), (seat, pushed))
     if draw.rng.random() >= MONITOR_SHARE:
         return scene
     monitor = stand_on_table(draw, "monitor", pushed, len(scene.objects) - 1, depth=(0.45, 0.75))
@@ -82,42 +102,42 @@ def laptop_table(draw: SceneDraw) -> Scene | None:
     """Typing on a laptop that stands on a table."""
     subject = draw.subject(is_seated=True)
     pose_family = draw_pose_family(draw, "sitting", "laptop_table")
-    based = _based(draw, subject, pose_family, DESK_CHAIRS)
-    pushed = None if based is None else push_table_up(draw, based[0])
-    if based is None or pushed is None:
+    seated = seat_person(draw, subject, pose_family, DESK_CHAIRS)
+    pushed = None if seated is None else push_table_up(draw, seated[0])
+    if seated is None or pushed is None:
         return None
-    person, seat = based
+    person, seat = seated
     offset = float(draw.rng.normal(0.0, 0.04)) - pushed.T_world_object[1, 3]
-    laptop = stand_on_table(draw, "laptop", pushed, len(seat), depth=(0.04, 0.14), y=offset)
+    laptop = stand_on_table(draw, "laptop", pushed, 1, depth=(0.04, 0.14), y=offset)
     if laptop is None:
         return None
     arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, key_targets(laptop, pushed))
     if arms is None:
         return None
-    return Scene("laptop_table", Person.in_pose(subject, arms), (*seat, pushed, laptop))
+    return Scene("laptop_table", Person.in_pose(subject, arms), (seat, pushed, laptop))
 
 
 def laptop_lap(draw: SceneDraw) -> Scene | None:
     """Typing on a laptop that stands on the thighs."""
     subject = draw.subject(is_seated=True)
     pose_family = draw_pose_family(draw, "sitting", "laptop_lap")
-    based = _based(draw, subject, pose_family, ())
-    laptop = None if based is None else lower_on_lap(draw, based[0])
-    if based is None or laptop is None:
+    seated = seat_person(draw, subject, pose_family)
+    laptop = None if seated is None else lower_on_lap(draw, seated[0])
+    if seated is None or laptop is None:
         return None
-    person, seat = based
+    person, seat = seated
     arms = draw_arms_pose(draw, pose_family, subject.body, person.pose, key_targets(laptop, None))
-    return None if arms is None else Scene("laptop_lap", Person.in_pose(subject, arms), (*seat, laptop))
+    return None if arms is None else Scene("laptop_lap", Person.in_pose(subject, arms), (seat, laptop))
 
 
 def stroller(draw: SceneDraw) -> Scene | None:
     """Pushing a stroller with one or both hands."""
     subject = draw.subject(is_seated=False)
     pose_family = draw_pose_family(draw, "standing", "stroller")
-    based = _based(draw, subject, pose_family, ())
-    if based is None:
+    base = draw_base_pose(draw, pose_family, subject.body)
+    if base is None:
         return None
-    pushed = push_stroller(draw, based[0], pose_family)
+    pushed = push_stroller(draw, Person.in_pose(subject, base), pose_family)
     return None if pushed is None else Scene("stroller", pushed[0], (pushed[1],))
 
 
@@ -126,7 +146,8 @@ def clutter(draw: SceneDraw) -> Scene | None:
     scene = unhidden(draw)
     if scene is None:
         return None
-    return add_clutter(draw, replace(scene, family="clutter", visible_share=CLUTTERED_SHARE), 1)
+    scene = replace(scene, family="clutter", visible_share=CLUTTERED_SHARE, hides_person=True)
+    return add_clutter(draw, scene, 1)
 
 
 def several(draw: SceneDraw) -> Scene | None:
@@ -169,7 +190,7 @@ def without_context(draw: SceneDraw, pose_scene: Scene, object_scene: Scene) -> 
         object_scene: Where the objects come from.
     """
     seats = tuple(item for item in pose_scene.objects if item.is_seat)
-    scene = Scene(object_scene.family, pose_scene.person, seats, object_scene.visible_share)
+    scene = replace(object_scene, person=pose_scene.person, objects=seats, azimuth=None)
     for idx, item in enumerate(object_scene.objects):
         if item.stands_on >= 0 or item.is_seat:
             continue
@@ -186,12 +207,10 @@ def without_context(draw: SceneDraw, pose_scene: Scene, object_scene: Scene) -> 
     return replace(scene, azimuth=object_scene.azimuth)
 
 
-def _based(
-    draw: SceneDraw, subject: Subject, pose_family: str, kinds: tuple[str, ...]
-) -> tuple[Person, tuple[PlacedObject, ...]] | None:
+def _based(draw: SceneDraw, subject: Subject, pose_family: str) -> tuple[Person, tuple[PlacedObject, ...]] | None:
     """Trunk and legs of the pose; a sitting one with its seat."""
     if FAMILIES[pose_family].posture == "sitting":
-        seated = seat_person(draw, subject, pose_family, kinds)
+        seated = seat_person(draw, subject, pose_family)
         return None if seated is None else (seated[0], (seated[1],))
     base = draw_base_pose(draw, pose_family, subject.body)
     return None if base is None else (Person.in_pose(subject, base), ())

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.bodies.poses.draw import seat_depth_of, seat_height_of
+from synth.bodies.poses.sit import seat_depth_of, seat_height_of
 from synth.occluders import registry
 from synth.occluders.solids.distance import place
 from synth.occluders.solids.sweep import free_way

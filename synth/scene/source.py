@@ -25,7 +25,7 @@ _FRAME_STREAM = 0
 MAX_SCENES = 400
 """Attempts at a scene before a configuration is given up."""
 MAX_LIBRARY_SCENES = 150
-"""Attempts at a scene with recorded poses before the frame takes a procedural one."""
+"""Attempts at a scene with captured poses before the frame takes a procedural one."""
 MAX_VIEWS = 8
 """Viewpoints tried on one scene."""
 MIN_BODY_PIXELS = 400
@@ -43,7 +43,7 @@ class FrameSource:
         seed: Corpus seed, 0..2**63 - 1.
         n_frames: Length of the corpus.
         renderer: Name of the renderer, "numba" or "pyrender".
-        poses: Recorded poses among the procedural ones.
+        poses: Poses from motion capture among the procedural ones.
         objects: Imported objects among the procedural ones.
     """
 
@@ -152,9 +152,9 @@ class FrameSource:
         return None
 
     def _visible_share(self, scene: Scene) -> tuple[float, float]:
-        """The scene's own range, within the configured one unless nothing is meant to hide the person."""
+        """The scene's own range, within the configured one if objects are meant to hide the person."""
         low, high = scene.visible_share
-        if scene.family == "unhidden":
+        if not scene.hides_person:
             return low, high
         return max(low, self.config.visible_share[0]), min(high, self.config.visible_share[1])
 

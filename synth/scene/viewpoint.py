@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.geometry import inverse, look_at, transform_points
-from synth.render.presets import MOUNTINGS
+from synth.render.presets import mounting_named
 from synth.scene.config import SceneConfig
 
 CROPPED_SHARE = 0.15
@@ -53,7 +53,7 @@ def draw_viewpoint(
     Returns:
         The viewpoint, or None if too few joints are inside its image.
     """
-    mounting = MOUNTINGS[config.mounting]
+    mounting = mounting_named(config.mounting)
     distance = float(rng.uniform(*(config.distance or mounting.distance)))
     height = float(rng.uniform(*(config.height or mounting.height)))
     is_cropped = rng.random() < CROPPED_SHARE

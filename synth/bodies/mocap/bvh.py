@@ -2,8 +2,8 @@
 
 import itertools
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,12 +65,6 @@ class Bvh:
         return next(i for i, joint in enumerate(self.joints) if joint.name == name)
 
 
-@dataclass
-class _Tree:
-    joints: list[BvhJoint] = field(default_factory=list)
-    open_joints: list[int] = field(default_factory=list)
-
-
 def parse_bvh(text: str) -> Bvh:
     """Reads the text of a BVH file; one that was cut has the frames that are whole, without those that hold NaN.
 
@@ -86,7 +80,7 @@ def parse_bvh(text: str) -> Bvh:
     words = iter(head.split())
     if next(words, "").upper() != "HIERARCHY":
         raise MocapError("is no BVH file: it must begin with HIERARCHY and have a MOTION part")
-    joints = _parse_tree(words)
+    joints = _HierarchyReader(words).read()
     lines = [line for line in tail.splitlines() if line.strip()]
     n_frames = int(_number_after("Frames:", lines, 0))
     frame_time = _number_after("Frame Time:", lines, 1)
@@ -100,58 +94,63 @@ def parse_bvh(text: str) -> Bvh:
     return Bvh(joints, frame_time, values[good], n_frames, good, len(values) - len(good))
 
 
-def _parse_tree(words: Iterator[str]) -> tuple[BvhJoint, ...]:
-    tree = _Tree()
-    for word in words:
-        keyword = word.upper()
-        if keyword in ("ROOT", "JOINT", "END"):
-            name = list(itertools.takewhile(lambda part: part != "{", words))
-            _open_joint(tree, keyword, " ".join(name))
-        elif keyword == "OFFSET" and tree.open_joints:
-            x, y, z = (_number(next(words, "")) for _ in range(3))
-            _change(tree, offset=(x, y, z))
-        elif keyword == "CHANNELS" and tree.open_joints:
-            given = [next(words, "") for _ in range(int(_number(next(words, ""))))]
-            unknown = [name for name in given if name.lower() not in _CHANNEL_OF]
-            if unknown:
-                raise MocapError(f"has unknown channels {unknown}; known are {', '.join(_CHANNELS)}")
-            _change(tree, channels=tuple(_CHANNEL_OF[name.lower()] for name in given))
-        elif word == "}" and tree.open_joints:
-            tree.open_joints.pop()
-        else:
-            raise MocapError(f"has {word!r} where ROOT, JOINT, End Site, OFFSET, CHANNELS or }} is expected")
-    if tree.open_joints or not tree.joints:
-        raise MocapError("has a HIERARCHY that does not end, or without joints")
-    every = [joint.name for joint in tree.joints]
+class _HierarchyReader:
+    """Reads the joint tree from the words of a file's HIERARCHY part."""
+
+    def __init__(self, words: Iterator[str]) -> None:
+        self._words = words
+        self._joints: list[BvhJoint] = []
+        self._open: list[int] = []
+
+    def read(self) -> tuple[BvhJoint, ...]:
+        """The joints, parents before children."""
+        begin: dict[str, Callable[[str], None]] = dict.fromkeys(("ROOT", "JOINT", "END"), self._begin_joint)
+        within = {"OFFSET": self._read_offset, "CHANNELS": self._read_channels, "}": self._end_joint}
+        for word in self._words:
+            keyword = word.upper()
+            read_on = (begin | within if self._open else begin).get(keyword)
+            if read_on is None:
+                raise MocapError(f"has {word!r} where ROOT, JOINT, End Site, OFFSET, CHANNELS or }} is expected")
+            read_on(keyword)
+        if self._open or not self._joints:
+            raise MocapError("has a HIERARCHY that does not end, or without joints")
+        return _without_twins(self._joints)
+
+    def _begin_joint(self, keyword: str) -> None:
+        name = " ".join(itertools.takewhile(lambda part: part != "{", self._words))
+        parent = self._open[-1] if self._open else -1
+        is_name = 0 < len(name) <= _MAX_NAME and "}" not in name
+        if not is_name or (keyword == "ROOT") != (parent < 0) or len(self._joints) >= _MAX_JOINTS:
+            raise MocapError(f"has a HIERARCHY that breaks off at {keyword} {name[:_MAX_NAME]}")
+        if parent < 0 and self._joints:
+            raise MocapError(f"has a second root {name!r}; one is allowed")
+        full = self._joints[parent].name + END if keyword == "END" else name
+        self._open.append(len(self._joints))
+        self._joints.append(BvhJoint(full, parent, (0.0, 0.0, 0.0)))
+
+    def _read_offset(self, keyword: str) -> None:
+        x, y, z = (_number(next(self._words, "")) for _ in range(3))
+        self._joints[self._open[-1]] = replace(self._joints[self._open[-1]], offset=(x, y, z))
+
+    def _read_channels(self, keyword: str) -> None:
+        given = [next(self._words, "") for _ in range(int(_number(next(self._words, ""))))]
+        unknown = [name for name in given if name.lower() not in _CHANNEL_OF]
+        if unknown:
+            raise MocapError(f"has unknown channels {unknown}; known are {', '.join(_CHANNELS)}")
+        channels = tuple(_CHANNEL_OF[name.lower()] for name in given)
+        self._joints[self._open[-1]] = replace(self._joints[self._open[-1]], channels=channels)
+
+    def _end_joint(self, keyword: str) -> None:
+        self._open.pop()
+
+
+def _without_twins(joints: list[BvhJoint]) -> tuple[BvhJoint, ...]:
+    """The joints, if no two have one name."""
+    every = [joint.name for joint in joints]
     twice = sorted({name for name in every if every.count(name) > 1 and not name.endswith(END)})
     if twice:
         raise MocapError(f"names several joints alike: {', '.join(twice)}")
-    return tuple(tree.joints)
-
-
-def _open_joint(tree: _Tree, word: str, name: str) -> None:
-    parent = tree.open_joints[-1] if tree.open_joints else -1
-    is_name = 0 < len(name) <= _MAX_NAME and "}" not in name
-    if not is_name or (word == "ROOT") != (parent < 0) or len(tree.joints) >= _MAX_JOINTS:
-        raise MocapError(f"has a HIERARCHY that breaks off at {word} {name[:_MAX_NAME]}")
-    if parent < 0 and tree.joints:
-        raise MocapError(f"has a second root {name!r}; one is allowed")
-    full = tree.joints[parent].name + END if word == "END" else name
-    tree.open_joints.append(len(tree.joints))
-    tree.joints.append(BvhJoint(full, parent, (0.0, 0.0, 0.0)))
-
-
-def _change(
-    tree: _Tree, offset: tuple[float, float, float] | None = None, channels: tuple[str, ...] | None = None
-) -> None:
-    place = tree.open_joints[-1]
-    old = tree.joints[place]
-    tree.joints[place] = BvhJoint(
-        old.name,
-        old.parent,
-        old.offset if offset is None else offset,
-        old.channels if channels is None else channels,
-    )
+    return tuple(joints)
 
 
 def _number(word: str) -> float:

@@ -1,4 +1,4 @@
-"""What carries a recorded person: floor level, feet on it, standing or sitting."""
+"""What carries a captured person: floor level, feet on it, standing or sitting."""
 
 from dataclasses import dataclass
 

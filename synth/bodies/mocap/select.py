@@ -1,4 +1,4 @@
-"""Which poses of a recording are worth keeping: no two nearly alike."""
+"""Which poses of a captured motion are worth keeping: no two nearly alike."""
 
 import numpy as np
 from numba import njit

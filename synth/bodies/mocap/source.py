@@ -1,4 +1,4 @@
-"""A recorded motion as the body sees it: joints in metres with z up, directions of limbs, turns of the trunk."""
+"""A captured motion as the body sees it: joints in metres with z up, directions of limbs, turns of the trunk."""
 
 from dataclasses import dataclass
 

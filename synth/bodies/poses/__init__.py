@@ -1,1 +1,1 @@
-"""Poses: the families, how each is drawn, and libraries of recorded ones."""
+"""Poses: the families, how each is drawn, and libraries of captured ones."""

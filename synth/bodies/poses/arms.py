@@ -4,7 +4,7 @@ import numpy as np
 
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.hands import HandTargets, elbow_start, fingertip_in_hand, place_hand, unit
-from synth.bodies.poses.sit import rest_on_thigh
+from synth.bodies.poses.lap import rest_on_thigh
 from synth.bodies.poses.stand import OTHER, SIGN, curl_fingers
 from synth.bodies.rig.collision import SEGMENT_IDX, fit_of
 from synth.bodies.skeleton import LINK_IDX

@@ -1,152 +1,18 @@
-"""What all pose drawing shares: a body's contact landmarks, and a pose while it is being made."""
+"""A pose while it is being made."""
 
-import weakref
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.rig.collision import SEGMENT_IDX, excess_depth, excess_of_limb, fit_of, link_shares
+from synth.bodies.poses.landmarks import Landmarks, landmarks_of
+from synth.bodies.rig.collision import SEGMENT_IDX, excess_depth, excess_of_limb, fit_of
 from synth.bodies.rig.ik import Goal, Solution, solve_limb
 from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.rig.skinning import skin_placed
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
 from synth.geometry import axis_angle
-
-SEAT_DEPTH_SHARE = 0.72
-"""Front edge of the seat, as a share of the thigh's length in front of the hip centres."""
-_HAND = ("wrist_deviation", "fingers_flexion", "fingertips_flexion", "thumb_flexion")
-_FOREARM = ("elbow_flexion", "forearm_pronation")
-_FOOT = ("ankle_inversion", "toes_extension")
-_THIGH = ("hip_abduction", "hip_rotation")
-
-
-@dataclass(frozen=True)
-class Side:
-    """Contact landmarks of one side of a body.
-
-    Attributes:
-        palm: (3,) middle of the palm's skin, hand frame [m].
-        grip: (3,) skin under the knuckles, where a bar lies in a fist, hand frame [m].
-        palm_normal: (3,) out of the palm, hand frame.
-        fingertip: (3,) middle of the finger ends, fingertips' frame [m].
-        sole: (3,) middle of the sole, foot frame [m].
-        hand: Skin vertices of hand and fingers.
-        palm_skin: Those of the palm alone.
-        finger_skin: Those of the fingers alone.
-        thumb_skin: Those of the thumb alone.
-        forearm: Skin vertices between elbow and wrist.
-        foot: Skin vertices of the foot.
-    """
-
-    palm: NDArray[np.float64]
-    grip: NDArray[np.float64]
-    palm_normal: NDArray[np.float64]
-    fingertip: NDArray[np.float64]
-    sole: NDArray[np.float64]
-    hand: NDArray[np.int64]
-    palm_skin: NDArray[np.int64]
-    finger_skin: NDArray[np.int64]
-    thumb_skin: NDArray[np.int64]
-    forearm: NDArray[np.int64]
-    foot: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Landmarks:
-    """Contact landmarks of a body.
-
-    Attributes:
-        side: "l" and "r".
-        seat: Skin vertices of pelvis and thighs.
-        upper_arm: Shoulder to elbow [m].
-        forearm: Elbow to wrist [m].
-        palm: Wrist to knuckles [m].
-        thigh: Hip to knee [m].
-        shank: Knee to ankle [m].
-        foot: Ankle to toe hinge [m].
-        leg: Hip centre to sole, straight [m].
-        trunk: Hip centres to the base of the neck [m].
-    """
-
-    side: dict[str, Side]
-    seat: NDArray[np.int64]
-    upper_arm: float
-    forearm: float
-    palm: float
-    thigh: float
-    shank: float
-    foot: float
-    leg: float
-    trunk: float
-
-
-_LANDMARKS: dict[int, Landmarks] = {}
-
-
-def landmarks_of(body: Body) -> Landmarks:
-    """The body's landmarks, found at the first call and kept as long as the body lives."""
-    key = id(body)
-    if key not in _LANDMARKS:
-        _LANDMARKS[key] = _find_landmarks(body)
-        weakref.finalize(body, _LANDMARKS.pop, key, None)
-    return _LANDMARKS[key]
-
-
-def _find_landmarks(body: Body) -> Landmarks:
-    dominant = link_shares(body).argmax(axis=1)
-    T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
-    vertices = body.mesh.vertices.astype(np.float64)
-    length = np.linalg.norm(body.skeleton.offsets, axis=1)
-
-    def skin(side: str, links: tuple[str, ...]) -> NDArray[np.int64]:
-        return np.flatnonzero(np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in links]))
-
-    def local(chosen: NDArray[np.int64], link: str) -> NDArray[np.float64]:
-        T = T_bind[LINK_IDX[link]]
-        return (vertices[chosen] - T[:3, 3]) @ T[:3, :3]
-
-    palm = float(length[DOF_IDX["l_fingers_flexion"]])
-    foot = float(length[DOF_IDX["l_toes_extension"]])
-    sides = {}
-    for side, inward in (("l", -1.0), ("r", 1.0)):
-        hand = local(skin(side, _HAND[:1]), f"{side}_wrist_deviation")
-        middle = hand[(hand[:, 2] > -0.9 * palm) & (hand[:, 2] < -0.3 * palm)]
-        palm_y = inward * np.quantile(inward * middle[:, 1], 0.97)
-        knuckles = hand[(hand[:, 2] > -1.05 * palm) & (hand[:, 2] < -0.75 * palm)]
-        grip_y = inward * np.quantile(inward * knuckles[:, 1], 0.9)
-        tips = local(skin(side, _HAND[2:3]), f"{side}_fingertips_flexion")
-        end = tips[tips[:, 2] < tips[:, 2].min() + 0.012].mean(axis=0)
-        feet = local(skin(side, _FOOT), f"{side}_ankle_inversion")
-        sides[side] = Side(
-            palm=np.array([np.median(middle[:, 0]), palm_y, -0.6 * palm]),
-            grip=np.array([np.median(knuckles[:, 0]), grip_y, -0.95 * palm]),
-            palm_normal=np.array([0.0, inward, 0.0]),
-            fingertip=end,
-            sole=np.array([0.35 * foot, 0.0, feet[:, 2].min()]),
-            hand=skin(side, _HAND),
-            palm_skin=skin(side, _HAND[:1]),
-            finger_skin=skin(side, _HAND[1:3]),
-            thumb_skin=skin(side, _HAND[3:]),
-            forearm=skin(side, _FOREARM),
-            foot=skin(side, _FOOT),
-        )
-    thigh = float(length[DOF_IDX["l_knee_flexion"]])
-    shank = float(length[DOF_IDX["l_ankle_flexion"]])
-    names = ["lumbar_flexion", "thorax_flexion", "neck_flexion"]
-    return Landmarks(
-        side=sides,
-        seat=np.concatenate([np.flatnonzero(dominant == 0), skin("l", _THIGH), skin("r", _THIGH)]),
-        upper_arm=float(length[DOF_IDX["l_elbow_flexion"]]),
-        forearm=float(length[DOF_IDX["l_wrist_flexion"]]),
-        palm=palm,
-        thigh=thigh,
-        shank=shank,
-        foot=foot,
-        leg=thigh + shank - float(sides["l"].sole[2]),
-        trunk=float(sum(length[DOF_IDX[name]] for name in names)),
-    )
 
 
 @dataclass

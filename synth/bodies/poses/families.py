@@ -1,10 +1,24 @@
-"""The pose families that bodies are drawn in."""
+"""The pose families that bodies are drawn in: one table of what each needs, how often it is drawn, and how."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from synth.bodies.poses import arms, exercise, table
+from synth.bodies.poses.draft import Draft
+from synth.bodies.poses.hands import HandTargets
+from synth.bodies.poses.sit import Range, Sitting, TrunkRanges
+from synth.bodies.poses.stand import stand_bent, stand_leaning_to_push, stand_upright, walk
+
 Posture = Literal["standing", "sitting"]
 Context = Literal["none", "table", "laptop_table", "laptop_lap", "stroller"]
+Occasion = Literal["daily", "exercise"]
+StandingBase = Callable[[Draft, np.random.Generator, float], None]
+"""Sets trunk, head and legs of someone who stands; the number scales the variation, 1 as in life."""
+Arms = Callable[[Draft, np.random.Generator, HandTargets | None], bool]
+"""Moves the arms on top of a base; False if the hands do not get where they should."""
 
 
 @dataclass(frozen=True)
@@ -13,45 +27,85 @@ class PoseFamily:
 
     Attributes:
         name: Key in `FAMILIES`.
-        posture: Whether the feet or a seat carry the person.
         context: What the scene must offer the hands; "none" needs nothing.
-        weight: How often it is drawn, relative to the others; 0 = only where a scene's settings ask for it.
+        weight: How often it is drawn, relative to the others of its posture, context and occasion.
+        base: What draws trunk, head and legs of who stands, or how people sit.
+        arms: What draws the arms.
+        occasion: "exercise" is drawn only where a scene's settings ask for it.
     """
 
     name: str
-    posture: Posture
     context: Context
     weight: float
+    base: StandingBase | Sitting
+    arms: Arms
+    occasion: Occasion = "daily"
+
+    @property
+    def posture(self) -> Posture:
+        """Whether the feet or a seat carry the person."""
+        return "sitting" if isinstance(self.base, Sitting) else "standing"
 
 
-_ROWS: tuple[tuple[str, Posture, Context, float], ...] = (
-    ("standing", "standing", "none", 2.0),
-    ("walking", "standing", "none", 2.0),
-    ("bending", "standing", "none", 1.0),
-    ("reaching", "standing", "none", 1.5),
-    ("arms_crossed", "standing", "none", 1.0),
-    ("hands_on_hips", "standing", "none", 1.0),
-    ("hand_at_face", "standing", "none", 1.0),
-    ("phone", "standing", "none", 1.0),
-    ("carrying", "standing", "none", 1.0),
-    ("pointing", "standing", "none", 1.0),
-    ("waving", "standing", "none", 0.5),
-    ("exercising", "standing", "none", 0.0),
-    ("sitting_feet_down", "sitting", "none", 2.0),
-    ("sitting_legs_crossed", "sitting", "none", 1.0),
-    ("sitting_leaning", "sitting", "none", 1.0),
-    ("sitting_slouching", "sitting", "none", 1.0),
-    ("table_hands", "sitting", "table", 1.5),
-    ("table_elbows", "sitting", "table", 1.0),
-    ("table_writing", "sitting", "table", 1.0),
-    ("table_eating", "sitting", "table", 1.0),
-    ("table_drinking", "sitting", "table", 1.0),
-    ("typing_table", "sitting", "laptop_table", 2.0),
-    ("typing_lap", "sitting", "laptop_lap", 1.0),
-    ("pushing_both_hands", "standing", "stroller", 2.0),
-    ("pushing_one_hand", "standing", "stroller", 1.0),
+_UPRIGHT = Sitting()
+_CROSSED = Sitting(apart=(0.0, 5.0), forward=(-0.25, 0.1), are_legs_crossed=True, n_skipped=1)
+_SLOUCHING = Sitting(
+    (TrunkRanges((-38.0, -24.0), (14.0, 30.0), (8.0, 20.0), look=(0.0, 25.0)),), forward=(0.15, 0.55), n_skipped=1
 )
-FAMILIES: dict[str, PoseFamily] = {row[0]: PoseFamily(*row) for row in _ROWS}
+_LEANING = Sitting(
+    (
+        TrunkRanges((5.0, 20.0), (12.0, 28.0), (6.0, 18.0), look=(0.0, 30.0)),
+        TrunkRanges((-30.0, -20.0), (0.0, 8.0), (-4.0, 5.0), look=(-5.0, 10.0)),
+        TrunkRanges((-18.0, -6.0), (4.0, 12.0), (0.0, 10.0), aside=(10.0, 24.0), look=(0.0, 15.0)),
+    )
+)
+
+
+def _at_table(pelvis: Range, lumbar: Range, thorax: Range, look: Range) -> Sitting:
+    """Sitting with the feet under a table."""
+    return Sitting((TrunkRanges(pelvis, lumbar, thorax, look=look),), forward=(-0.2, 0.15))
+
+
+def _typing(pelvis: Range, lumbar: Range, thorax: Range, look: Range) -> Sitting:
+    """Sitting with the eyes on a screen."""
+    return Sitting((TrunkRanges(pelvis, lumbar, thorax, look=look),))
+
+
+_HANDS_ON_TABLE = _at_table((-14.0, 0.0), (4.0, 15.0), (3.0, 14.0), look=(5.0, 28.0))
+_DRINKING = _at_table((-14.0, 0.0), (4.0, 15.0), (3.0, 14.0), look=(0.0, 20.0))
+_BENT_OVER_TABLE = _at_table((-6.0, 8.0), (8.0, 20.0), (6.0, 18.0), look=(15.0, 40.0))
+_ON_ELBOWS = _at_table((0.0, 14.0), (14.0, 28.0), (8.0, 22.0), look=(-5.0, 15.0))
+_TYPING_AT_TABLE = _typing((-14.0, 0.0), (4.0, 15.0), (3.0, 14.0), look=(8.0, 28.0))
+_TYPING_ON_LAP = _typing((-18.0, -4.0), (6.0, 18.0), (4.0, 16.0), look=(15.0, 35.0))
+
+_ROWS: tuple[PoseFamily, ...] = (
+    PoseFamily("standing", "none", 2.0, stand_upright, arms.stand_idle),
+    PoseFamily("walking", "none", 2.0, walk, arms.keep_relaxed),
+    PoseFamily("bending", "none", 1.0, stand_bent, arms.bend_arms),
+    PoseFamily("reaching", "none", 1.5, stand_upright, arms.reach_out),
+    PoseFamily("arms_crossed", "none", 1.0, stand_upright, arms.cross_arms),
+    PoseFamily("hands_on_hips", "none", 1.0, stand_upright, arms.hands_to_hips),
+    PoseFamily("hand_at_face", "none", 1.0, stand_upright, arms.hand_to_face),
+    PoseFamily("phone", "none", 1.0, stand_upright, arms.use_phone),
+    PoseFamily("carrying", "none", 1.0, stand_upright, arms.carry),
+    PoseFamily("pointing", "none", 1.0, stand_upright, arms.point_out),
+    PoseFamily("waving", "none", 0.5, stand_upright, arms.wave),
+    PoseFamily("exercising", "none", 1.0, exercise.stand_exercising, exercise.move_arms, "exercise"),
+    PoseFamily("sitting_feet_down", "none", 2.0, _UPRIGHT, arms.sit_idle),
+    PoseFamily("sitting_legs_crossed", "none", 1.0, _CROSSED, arms.sit_idle),
+    PoseFamily("sitting_leaning", "none", 1.0, _LEANING, arms.sit_leaning),
+    PoseFamily("sitting_slouching", "none", 1.0, _SLOUCHING, arms.sit_idle),
+    PoseFamily("table_hands", "table", 1.5, _HANDS_ON_TABLE, table.hands_on_table),
+    PoseFamily("table_elbows", "table", 1.0, _ON_ELBOWS, table.elbows_on_table),
+    PoseFamily("table_writing", "table", 1.0, _BENT_OVER_TABLE, table.write),
+    PoseFamily("table_eating", "table", 1.0, _BENT_OVER_TABLE, table.eat),
+    PoseFamily("table_drinking", "table", 1.0, _DRINKING, table.drink),
+    PoseFamily("typing_table", "laptop_table", 2.0, _TYPING_AT_TABLE, table.type_keys),
+    PoseFamily("typing_lap", "laptop_lap", 1.0, _TYPING_ON_LAP, table.type_keys),
+    PoseFamily("pushing_both_hands", "stroller", 2.0, stand_leaning_to_push, table.push_both),
+    PoseFamily("pushing_one_hand", "stroller", 1.0, stand_leaning_to_push, table.push_one),
+)
+FAMILIES: dict[str, PoseFamily] = {row.name: row for row in _ROWS}
 """All pose families by name."""
 
 
@@ -60,3 +114,8 @@ def family_named(name: str) -> PoseFamily:
     if name not in FAMILIES:
         raise ValueError(f"pose family {name!r} is unknown; known are {', '.join(FAMILIES)}")
     return FAMILIES[name]
+
+
+def families_for(posture: Posture, context: Context = "none", occasion: Occasion = "daily") -> list[PoseFamily]:
+    """The families of a posture that suit what the scene offers the hands and what people do there."""
+    return [f for f in FAMILIES.values() if (f.posture, f.context, f.occasion) == (posture, context, occasion)]

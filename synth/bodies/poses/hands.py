@@ -18,6 +18,7 @@ ELBOW_PUSHES = (0.25, 0.45)
 """How far an elbow is pushed out when the arm collides, one try after the other, as shares of the upper arm."""
 GAP = 0.01
 """How far skin may stay off what it touches [m]."""
+_ELBOW = "elbow_flexion"
 
 
 @dataclass(frozen=True)
@@ -125,20 +126,36 @@ def place_hand(
         goals.append(Goal("wrist_deviation", (0, 0, -1), unit(fingers_towards), fingers_weight, is_point=False))
     goals += extra
     start = draft.angles.copy()
-    hint = [] if elbow is None else [Goal("elbow_flexion", (0, 0, 0), elbow, elbow_weight)]
-    best = draft.solve(f"{side}_arm", goals + hint, 0.012)
-    best = replace(best, point_error=_first_error(draft, goals[0], side))
-    excess = draft.excess_of(side, "arm") if swivels else 0.0
-    for push in ELBOW_PUSHES if best.point_error < 0.05 else ():
+    best = _solve_arm(draft, side, goals, None if elbow is None else Goal(_ELBOW, (0, 0, 0), elbow, elbow_weight))
+    return _swivel_elbow(draft, side, goals, start, best) if swivels and best.point_error < 0.05 else best
+
+
+def _solve_arm(draft: Draft, side: str, goals: list[Goal], elbow: Goal | None) -> Solution:
+    """Moves an arm to its goals; the error told is that of the first, without the elbow's share."""
+    solution = draft.solve(f"{side}_arm", goals if elbow is None else [*goals, elbow], 0.012)
+    return replace(solution, point_error=_first_error(draft, goals[0], side))
+
+
+def _swivel_elbow(
+    draft: Draft, side: str, goals: list[Goal], start: NDArray[np.float64], best: Solution
+) -> Solution:
+    """Swivels the elbow of an arm that collides out of the trunk, about the line from shoulder to hand.
+
+    Args:
+        draft: Changed in place: the better of the solutions found.
+        side: "l" or "r".
+        goals: Of the hand.
+        start: (n_dofs,) angles that each solve starts from [rad].
+        best: The solution so far, which the draft is in.
+    """
+    excess = draft.excess_of(side, "arm")
+    for push in ELBOW_PUSHES:
         if excess <= 0.0:
             break
-        # The elbow swivels out of the trunk about the line from shoulder to hand.
         away = draft.marks.upper_arm * push * np.array([0.5, SIGN[side] * 0.9, 0.3])
         aside = draft.point(f"{side}_elbow_flexion") + away
         draft.angles = start.copy()
-        elbow_goal = Goal("elbow_flexion", (0, 0, 0), aside, 0.25)
-        other = draft.solve(f"{side}_arm", [*goals, elbow_goal], 0.012)
-        other = replace(other, point_error=_first_error(draft, goals[0], side))
+        other = _solve_arm(draft, side, goals, Goal(_ELBOW, (0, 0, 0), aside, 0.25))
         other_excess = draft.excess_of(side, "arm")
         if other_excess + other.point_error < excess + best.point_error:
             best, excess = other, other_excess

@@ -6,9 +6,10 @@ import numpy as np
 
 from synth.bodies.body import Body, Pose
 from synth.bodies.poses.draft import Draft
+from synth.bodies.poses.lap import lay_hands_in_lap
 from synth.bodies.poses.library import FOOT_DOWN, FOOT_FLAT, FOOT_UP, PoseLibrary
-from synth.bodies.poses.sit import lay_hands_in_lap, lower_onto_seat, put_foot_down
-from synth.bodies.poses.stand import SIGN, curl_fingers, hang_arm
+from synth.bodies.poses.sit import lower_onto_seat, put_foot_down
+from synth.bodies.poses.stand import SIGN, curl_fingers, draft_pitch, hang_arm
 from synth.bodies.rig.collision import self_collides
 from synth.bodies.rig.ik import Goal, solve_limb
 from synth.bodies.rig.skinning import pose_vertices
@@ -212,7 +213,7 @@ def _sit(draft: Draft, seat_height: float) -> bool:
         forward = float(ankle[side][0] - knee[side][0]) + 0.02
         plans[side] = (float(np.clip(spread, *SPREADS)), forward, float(np.degrees(np.arctan2(y, x))))
     crossed = [s for s, o in (("l", "r"), ("r", "l")) if ankle[s][2] > ankle[o][2] + CROSSED]
-    pitch = -float(np.degrees(np.arcsin(draft.T_world_root[2, 0])))
+    pitch = draft_pitch(draft)
     for side in (s for s in "lr" if s not in crossed):
         draft.set(f"{side}_", hip_flexion=90 + pitch, hip_abduction=plans[side][0], knee_flexion=85)
     for wider in (0.0, 4.0, 8.0, 14.0, 20.0):

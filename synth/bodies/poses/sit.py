@@ -1,78 +1,105 @@
 """Trunk, head and legs of a seated person."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.poses.draft import SEAT_DEPTH_SHARE, Draft
-from synth.bodies.poses.hands import place_hand
-from synth.bodies.poses.stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about
-from synth.bodies.rig.collision import SEGMENT_IDX, fit_of
+from synth.bodies.body import Body, Pose
+from synth.bodies.poses.crossed import cross_legs
+from synth.bodies.poses.draft import Draft
+from synth.bodies.poses.landmarks import landmarks_of, mean_radius
+from synth.bodies.poses.stand import SIGN, TRUNK_HINGES, draft_pitch, look_about
 from synth.bodies.rig.ik import Goal
-from synth.bodies.skeleton import LINK_IDX
 
+SEAT_DEPTH_SHARE = 0.72
+"""Front edge of the seat, as a share of the thigh's length in front of the hip centres."""
 SEAT_GIVES = 0.015
 """A foot comes down flat if the seat's front edge must give no more than this under the thigh [m]."""
 OUT_OF_REACH = 0.04
 """Toes do not stretch for a floor that stays farther off than this [m]."""
+CONTACT = 0.01
+"""Skin this near the lowest touches the seat [m]."""
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Seat:
-    """How a person sits, in degrees.
+class TrunkRanges:
+    """Ranges of how a seated person holds trunk and head [degrees].
 
     Attributes:
         pelvis: Forward pitch of the pelvis, negative when it rolls back.
         lumbar: Lumbar flexion.
         thorax: Thoracic flexion.
-        aside: Lateral lean of the trunk, to the right.
+        aside: Lateral lean of the trunk, to either side.
         look: Pitch of the face, down positive.
     """
 
-    pelvis: float
-    lumbar: float
-    thorax: float
-    aside: float = 0.0
-    look: float = 5.0
+    pelvis: Range = (-20.0, -6.0)
+    lumbar: Range = (4.0, 14.0)
+    thorax: Range = (0.0, 10.0)
+    aside: Range = (0.0, 0.0)
+    look: Range = (0.0, 10.0)
 
 
-# Ranges of the fields of `Seat` in degrees: pelvis, lumbar, thorax, aside (either side), look. One row is drawn.
-_SEATS: dict[str, tuple[tuple[tuple[float, float], ...], ...]] = {
-    "sitting_slouching": (((-38, -24), (14, 30), (8, 20), (0, 0), (0, 25)),),
-    "sitting_leaning": (
-        ((5, 20), (12, 28), (6, 18), (0, 0), (0, 30)),
-        ((-30, -20), (0, 8), (-4, 5), (0, 0), (-5, 10)),
-        ((-18, -6), (4, 12), (0, 10), (10, 24), (0, 15)),
-    ),
-    "table_elbows": (((0, 14), (14, 28), (8, 22), (0, 0), (-5, 15)),),
-    "table_writing": (((-6, 8), (8, 20), (6, 18), (0, 0), (15, 40)),),
-    "table_eating": (((-6, 8), (8, 20), (6, 18), (0, 0), (15, 40)),),
-    "table_hands": (((-14, 0), (4, 15), (3, 14), (0, 0), (5, 28)),),
-    "table_drinking": (((-14, 0), (4, 15), (3, 14), (0, 0), (0, 20)),),
-    "typing_table": (((-14, 0), (4, 15), (3, 14), (0, 0), (8, 28)),),
-    "typing_lap": (((-18, -4), (6, 18), (4, 16), (0, 0), (15, 35)),),
-}
-_UPRIGHT = (((-20.0, -6.0), (4.0, 14.0), (0.0, 10.0), (0.0, 0.0), (0.0, 10.0)),)
+@dataclass(frozen=True)
+class Sitting:
+    """How the people of a family sit.
+
+    Attributes:
+        trunk: Ways to hold the trunk, all alike frequent.
+        apart: Range of each thigh's bearing off straight ahead, outwards [degrees].
+        forward: Range of how far the feet are before the knees, as a share of the shank.
+        are_legs_crossed: Whether one leg is laid over the other, where the thighs let it.
+        n_skipped: Random numbers passed over before `forward` is drawn; they keep the poses of a seed what they
+            are.
+    """
+
+    trunk: tuple[TrunkRanges, ...] = (TrunkRanges(),)
+    apart: Range = (1.0, 16.0)
+    forward: Range = (-0.18, 0.3)
+    are_legs_crossed: bool = False
+    n_skipped: int = 0
 
 
-def draw_seat(family: str, rng: np.random.Generator) -> Seat:
-    """How a person of a family holds the trunk."""
-    rows = _SEATS.get(family, _UPRIGHT)
-    low, high = np.array(rows[int(rng.integers(len(rows)))]).T
-    pelvis, lumbar, thorax, aside, look = (float(value) for value in rng.uniform(low, high))
-    return Seat(pelvis, lumbar, thorax, aside if rng.random() < 0.5 else -aside, look)
+def seat_height_of(body: Body) -> float:
+    """Seat height on which the body's thighs are level with the feet flat: about its knee height [m]."""
+    marks = landmarks_of(body)
+    return marks.leg - marks.thigh - mean_radius(body, "l_thigh", 0.75)
 
 
-def sit(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat_height: float) -> None:
+def seat_depth_of(body: Body) -> float:
+    """How far in front of the root the seat may reach without touching the calves [m]."""
+    return SEAT_DEPTH_SHARE * landmarks_of(body).thigh
+
+
+def seat_contact(body: Body, pose: Pose) -> NDArray[np.float64]:
+    """Where a seated body touches its seat.
+
+    Args:
+        body: The person.
+        pose: A sitting pose in the person frame.
+
+    Returns:
+        (3,) middle of the skin within `CONTACT` of the lowest, with the lowest z: the height of the seat [m].
+    """
+    skin = seat_skin(Draft.of(body, pose))
+    low = float(skin[:, 2].min())
+    x, y, _ = skin[skin[:, 2] < low + CONTACT].mean(axis=0)
+    return np.array([x, y, low])
+
+
+def sit(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sitting, seat_height: float) -> None:
     """Sits on a seat of a height with the feet on the floor, or hanging where the legs are too short."""
-    seat = draw_seat(family, rng)
-    draft.turn_root(pitch=seat.pelvis, roll=0.15 * seat.aside)
-    draft.set(lumbar_flexion=seat.lumbar, thorax_flexion=seat.thorax)
-    draft.set(lumbar_lateral=0.4 * seat.aside, thorax_lateral=0.45 * seat.aside)
+    low, high = np.array(astuple(sitting.trunk[int(rng.integers(len(sitting.trunk)))])).T
+    pelvis, lumbar, thorax, aside, look = (float(value) for value in rng.uniform(low, high))
+    aside = aside if rng.random() < 0.5 else -aside
+    draft.turn_root(pitch=pelvis, roll=0.15 * aside)
+    draft.set(lumbar_flexion=lumbar, thorax_flexion=thorax)
+    draft.set(lumbar_lateral=0.4 * aside, thorax_lateral=0.45 * aside)
     draft.jitter(rng, 2.0 * wild, TRUNK_HINGES)
-    _legs(draft, rng, wild, family, seat_height)
-    look_about(draft, rng, wild, pitch=seat.look)
+    _set_legs(draft, rng, wild, sitting, seat_height)
+    look_about(draft, rng, wild, pitch=look)
 
 
 def seat_skin(draft: Draft) -> NDArray[np.float32]:
@@ -87,42 +114,61 @@ def lower_onto_seat(draft: Draft, seat_height: float) -> None:
     draft.T_world_root[2, 3] += seat_height - float(seat_skin(draft)[:, 2].min())
 
 
-def _legs(draft: Draft, rng: np.random.Generator, wild: float, family: str, seat_height: float) -> None:
-    marks = draft.marks
-    pelvis = -float(np.degrees(np.arcsin(draft.T_world_root[2, 0])))
-    apart = float(rng.uniform(1, 16)) if family != "sitting_legs_crossed" else float(rng.uniform(0, 5))
-    forward = float(rng.uniform(-0.18, 0.3)) if not family.startswith("ta") else float(rng.uniform(-0.2, 0.15))
-    if family == "sitting_legs_crossed":
-        forward = float(rng.uniform(-0.25, 0.1))
-    if family == "sitting_slouching":
-        forward = float(rng.uniform(0.15, 0.55))
+@dataclass(frozen=True)
+class _Foot:
+    """Where one foot of a seated person goes.
+
+    Attributes:
+        spread: Bearing of the thigh off straight ahead, outwards [degrees].
+        forward: How far the ankle is before the knee [m].
+        toe_yaw: Direction of the toes, left positive [degrees].
+    """
+
+    spread: float
+    forward: float
+    toe_yaw: float
+
+
+def _set_legs(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sitting, seat_height: float) -> None:
+    """Lays the thighs along the seat, crosses the legs of who does, and puts the feet down."""
+    feet = _draw_feet(draft, rng, wild, sitting)
+    pelvis = draft_pitch(draft)
+    for side, foot in feet.items():
+        draft.set(f"{side}_", hip_flexion=90 + pelvis, hip_abduction=foot.spread, knee_flexion=85)
+    for _ in range(2):
+        lower_onto_seat(draft, seat_height)
+        for side, foot in feet.items():
+            put_foot_down(draft, side, seat_height, foot.spread, foot.forward, foot.toe_yaw, n_steps=1)
+    feet = _spread_thighs(draft, feet, seat_height)
+    crossing = cross_legs(draft, rng) if sitting.are_legs_crossed else None
+    lower_onto_seat(draft, seat_height)
+    for side, foot in feet.items():
+        if side != crossing:
+            spread = draft.get(f"{side}_hip_abduction") if crossing else foot.spread
+            put_foot_down(draft, side, seat_height, spread, foot.forward, foot.toe_yaw)
+    lower_onto_seat(draft, seat_height)
+
+
+def _draw_feet(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sitting) -> dict[str, _Foot]:
+    """Draws by side where the feet go."""
+    apart = float(rng.uniform(*sitting.apart))
+    rng.random(sitting.n_skipped)
+    forward = float(rng.uniform(*sitting.forward))
     yaws = {side: SIGN[side] * float(rng.uniform(-2, 1.2 * apart + 4)) for side in "lr"}
     steps = {side: forward + 0.1 * wild * float(rng.normal(0, 0.7)) for side in "lr"}
     spreads = {side: apart + wild * float(rng.normal(0, 2.5)) for side in "lr"}
-    for side in "lr":
-        draft.set(f"{side}_", hip_flexion=90 + pelvis, hip_abduction=spreads[side], knee_flexion=85)
-    for _ in range(2):
-        lower_onto_seat(draft, seat_height)
-        for side in "lr":
-            put_foot_down(
-                draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
-            )
+    return {side: _Foot(spreads[side], steps[side] * draft.marks.shank, yaws[side]) for side in "lr"}
+
+
+def _spread_thighs(draft: Draft, feet: dict[str, _Foot], seat_height: float) -> dict[str, _Foot]:
+    """Moves the legs apart while they are in each other: thick thighs sit further apart."""
     for more in (4.0, 6.0, 8.0, 10.0):
         if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
             break
-        # Thick thighs sit further apart.
-        for side in "lr":
-            spreads[side] += more
-            put_foot_down(
-                draft, side, seat_height, spreads[side], steps[side] * marks.shank, yaws[side], n_steps=1
-            )
-    crossing = _cross_legs(draft, rng) if family == "sitting_legs_crossed" else None
-    lower_onto_seat(draft, seat_height)
-    for side in "lr":
-        if side != crossing:
-            spread = draft.get(f"{side}_hip_abduction") if crossing else spreads[side]
-            put_foot_down(draft, side, seat_height, spread, steps[side] * marks.shank, yaws[side])
-    lower_onto_seat(draft, seat_height)
+        feet = {side: replace(foot, spread=foot.spread + more) for side, foot in feet.items()}
+        for side, foot in feet.items():
+            put_foot_down(draft, side, seat_height, foot.spread, foot.forward, foot.toe_yaw, n_steps=1)
+    return feet
 
 
 def put_foot_down(
@@ -134,7 +180,8 @@ def put_foot_down(
     azimuth = SIGN[side] * np.radians(spread)
     knee = hip + marks.thigh * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     # How far the knee may be below the hip before the thigh rests on the seat's front edge alone.
-    drop = (hip[2] - seat_height - _radius(draft, f"{side}_thigh", 1.0 - SEAT_DEPTH_SHARE)) / SEAT_DEPTH_SHARE
+    thickness = mean_radius(draft.body, f"{side}_thigh", 1.0 - SEAT_DEPTH_SHARE)
+    drop = (hip[2] - seat_height - thickness) / SEAT_DEPTH_SHARE
     drop = float(np.clip(drop, 0.0, 0.2 * marks.thigh))
     if marks.leg - marks.thigh < hip[2] - drop - SEAT_GIVES:
         draft.solve(f"{side}_leg", [Goal("knee_flexion", (0, 0, 0), knee - (0.0, 0.0, drop), 1.0)], 0.004)
@@ -182,139 +229,3 @@ def _hang_foot(draft: Draft, side: str, forward: float) -> bool:
         if low >= 0.0:
             return True
     return False
-
-
-def _radius(draft: Draft, segment: str, height: float) -> float:
-    radius = fit_of(draft.body).profiles.radius[SEGMENT_IDX[segment]]
-    return float(radius[round(height * (len(radius) - 1))].mean())
-
-
-def _cross_legs(draft: Draft, rng: np.random.Generator) -> str | None:
-    """Crosses the legs in one of two ways, tried a few times; thighs too thick for it stay side by side.
-
-    Returns:
-        Side of the upper leg, or None.
-    """
-    uncrossed = draft.angles.copy()
-    for _ in range(10):
-        lead = "l" if rng.random() < 0.5 else "r"
-        draft.angles = uncrossed.copy()
-        cross = _cross_knees if rng.random() < 0.55 else _cross_ankle_on_knee
-        cross(draft, lead, rng)
-        draft.set(f"{lead}_", toes_extension=0)
-        if max(draft.excess_of(side, "leg") for side in "lr") <= 0.0:
-            return lead
-    draft.angles = uncrossed
-    return None
-
-
-def _cross_knees(draft: Draft, lead: str, rng: np.random.Generator) -> None:
-    """Lays one thigh over the other knee; its shank hangs beside the other shank."""
-    other = OTHER[lead]
-    draft.set(f"{other}_", hip_abduction=float(rng.uniform(-10, 3)))
-    carrying = draft.point(f"{other}_knee_flexion")
-    lift = _radius(draft, f"{lead}_thigh", 0.3) + _radius(draft, f"{other}_thigh", 0.15)
-    lift *= float(rng.uniform(1.05, 1.4))
-    ahead, inward = float(rng.uniform(0.03, 0.12)), float(rng.uniform(0.01, 0.05))
-    knee = carrying + np.array([ahead, SIGN[lead] * inward, lift])
-    T = draft.links()[LINK_IDX[f"{other}_knee_flexion"]]
-    shank = -T[:3, 2] + np.array(
-        [float(rng.uniform(0.7, 1.3)), SIGN[other] * float(rng.uniform(-0.15, 0.12)), 0.0]
-    )
-    goals = [
-        Goal("knee_flexion", (0, 0, 0), knee, 1.0),
-        Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.15, is_point=False),
-    ]
-    draft.set(f"{lead}_", hip_flexion=105, hip_abduction=-10, hip_rotation=0, knee_flexion=80)
-    draft.solve(f"{lead}_leg", goals, 0.01)
-    draft.set(f"{lead}_", ankle_flexion=float(rng.uniform(-35, -8)), ankle_inversion=float(rng.uniform(0, 12)))
-
-
-def _cross_ankle_on_knee(draft: Draft, lead: str, rng: np.random.Generator) -> None:
-    """Lays one ankle on the other thigh just above the knee, the knee falling outwards."""
-    other = OTHER[lead]
-    marks = draft.marks
-    T = draft.links()[LINK_IDX[f"{other}_hip_rotation"]]
-    lift = (
-        _radius(draft, f"{other}_thigh", 0.25)
-        + _radius(draft, f"{lead}_shank", 0.15)
-        + float(rng.uniform(0.01, 0.04))
-    )
-    below = -marks.thigh * float(rng.uniform(0.78, 0.88))
-    target = T[:3, :3] @ np.array([lift, 0.0, below]) + T[:3, 3]
-    shank = np.array([float(rng.uniform(0.0, 0.3)), SIGN[other], float(rng.uniform(-0.15, 0.1))])
-    goals = [
-        Goal("knee_flexion", (0, 0, -0.82 * marks.shank), target, 1.0),
-        Goal("knee_flexion", (0, 0, -1), shank / np.linalg.norm(shank), 0.06, is_point=False),
-    ]
-    draft.set(f"{lead}_", hip_flexion=95, hip_abduction=35, hip_rotation=-45, knee_flexion=100)
-    draft.solve(f"{lead}_leg", goals, 0.01)
-    draft.set(f"{lead}_", ankle_flexion=float(rng.uniform(-10, 10)), ankle_inversion=float(rng.uniform(0, 15)))
-
-
-def rest_on_thigh(
-    draft: Draft,
-    side: str,
-    rng: np.random.Generator,
-    share: float,
-    spread: tuple[float, float] = (0.1, 0.5),
-    swivels: bool = True,
-) -> bool:
-    """Lays a palm on the own thigh.
-
-    Args:
-        draft: Changed in place.
-        side: "l" or "r".
-        rng: Random draws.
-        share: Where on the thigh, 0 at the hip, 1 at the knee.
-        spread: Range of how far inward the fingers point, as a slope.
-        swivels: Whether the elbow may be turned out of a collision.
-
-    Returns:
-        Whether the arm reached.
-    """
-    turn = -SIGN[side] * float(rng.uniform(-15, 25))
-    target, normal = draft.surface(f"{side}_thigh", f"{side}_hip_rotation", 1.0 - share, turn)
-    inward = -SIGN[side] * float(rng.uniform(*spread))
-    draft.set(
-        f"{side}_",
-        shoulder_flexion=20,
-        shoulder_abduction=float(rng.uniform(8, 25)),
-        shoulder_rotation=20,
-        elbow_flexion=60,
-        forearm_pronation=50,
-        wrist_flexion=0,
-    )
-    curl_fingers(draft, side, rng, 8, 10)
-    fingers = (1.0, inward, -0.15)
-    solution = place_hand(
-        draft, side, target + 0.012 * normal, -normal, fingers, palm_weight=0.12, swivels=swivels
-    )
-    return solution.point_error < 0.015
-
-
-def lay_hands_in_lap(draft: Draft, rng: np.random.Generator) -> None:
-    """Lays the hands on the thighs without looking for a better place, for arms that will be moved."""
-    share = float(rng.uniform(0.5, 0.8))
-    for side in "lr":
-        rest_on_thigh(draft, side, rng, share, swivels=False)
-
-
-def relax_seated_arms(draft: Draft, rng: np.random.Generator, wild: float) -> None:
-    """Lays the hands on the thighs, in the lap or near the knees; nearer the knees where the lap is taken."""
-    common = float(rng.uniform(0.45, 0.85))
-    for side in "lr":
-        own = common + 0.05 * wild * float(rng.normal())
-        for share, inward in ((own, 0.5), (0.75, 0.0), (0.6, -0.2)):
-            reached = rest_on_thigh(draft, side, rng, share, (inward - 0.4, inward))
-            if reached and draft.excess_of(side, "arm") <= 0.0:
-                break
-        else:
-            _rest_on_belly(draft, side)
-
-
-def _rest_on_belly(draft: Draft, side: str) -> None:
-    """Lays a palm on the belly, for a lap that is taken."""
-    target, normal = draft.surface("abdomen", "lumbar_rotation", 0.7, SIGN[side] * 25)
-    draft.set(f"{side}_", shoulder_flexion=5, shoulder_abduction=22, shoulder_rotation=45, elbow_flexion=80)
-    place_hand(draft, side, target + 0.02 * normal, -normal, (0.1, -SIGN[side], -0.1))

@@ -25,9 +25,10 @@ TOP_THICKNESS = 0.06
 _ENDLESS = (-10.0, 10.0, -10.0, 10.0)
 
 
-def _table(targets: HandTargets | None, family: str) -> tuple[float, tuple[float, float, float, float]]:
+def _table(targets: HandTargets | None) -> tuple[float, tuple[float, float, float, float]]:
+    """Height and rectangle of the table's top [m]."""
     if targets is None or targets.surface_height is None or targets.surface is None:
-        raise ValueError(f"family {family!r} needs targets with surface_height and surface; got {targets}")
+        raise ValueError(f"hands at a table need targets with surface_height and surface; got {targets}")
     return targets.surface_height, targets.surface
 
 
@@ -39,7 +40,7 @@ def _spot(
     given = targets.of(side)
     if given is not None:
         return given.position
-    height, (x_min, x_max, y_min, y_max) = _table(targets, "table")
+    height, (x_min, x_max, y_min, y_max) = _table(targets)
     forearm = draft.marks.forearm
     x = min(x_min + forearm * float(rng.uniform(*reach)), x_max - 0.05)
     y = SIGN[side] * forearm * float(rng.uniform(*aside))
@@ -48,8 +49,7 @@ def _spot(
 
 def _flat_hand(draft: Draft, side: str, rng: np.random.Generator, targets: HandTargets) -> bool:
     """A hand flat on the table, or loosely curled on its little finger's side."""
-    height, rect = _table(targets, "table")
-    del height
+    _, rect = _table(targets)
     spot = _spot(draft, side, rng, targets, (0.25, 0.95), (0.1, 0.75))
     elbow_start(draft, side, shoulder_flexion=35, shoulder_abduction=20, elbow_flexion=75, forearm_pronation=60)
     if rng.random() < 0.7:
@@ -64,10 +64,9 @@ def _flat_hand(draft: Draft, side: str, rng: np.random.Generator, targets: HandT
 
 def hands_on_table(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """Both hands on the table; now and then one stays in the lap."""
-    _table(targets, "table_hands")
+    height, rect = _table(targets)
     assert targets is not None
     sides = "lr" if rng.random() < 0.8 or targets.left or targets.right else lead_side(rng)
-    height, rect = _table(targets, "table_hands")
     if len(sides) == 1 and not _under(draft, OTHER[sides], rect, height):
         return False
     return all(_flat_hand(draft, side, rng, targets) for side in sides)
@@ -87,7 +86,7 @@ def _within(skin: NDArray[np.float32], rect: tuple[float, float, float, float]) 
 
 def write(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """One hand holds a pen on the table, the other keeps the paper."""
-    _, rect = _table(targets, "table_writing")
+    _, rect = _table(targets)
     assert targets is not None
     lead = "r" if rng.random() < 0.85 else "l"
     spot = _spot(draft, lead, rng, targets, (0.4, 0.9), (0.05, 0.4))
@@ -101,7 +100,7 @@ def write(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -
 
 def eat(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """One hand with a fork or spoon between plate and mouth, the other on the table."""
-    _, rect = _table(targets, "table_eating")
+    _, rect = _table(targets)
     assert targets is not None
     lead = "r" if rng.random() < 0.85 else "l"
     mouth, normal = draft.surface("head", "head_rotation", 0.15, 0.0)
@@ -123,7 +122,7 @@ def eat(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> 
 
 def drink(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """One hand around a cup, on the table or at the mouth; the other on the table."""
-    height, rect = _table(targets, "table_drinking")
+    height, rect = _table(targets)
     assert targets is not None
     lead = lead_side(rng)
     draft.set(f"{lead}_", fingers_flexion=45, fingertips_flexion=50, thumb_flexion=35)
@@ -153,7 +152,7 @@ def _clear_of(draft: Draft, side: str, rect: tuple[float, float, float, float], 
 
 def elbows_on_table(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """Elbows on the table, hands folded, at the chin or at the cheeks."""
-    height, rect = _table(targets, "table_elbows")
+    height, rect = _table(targets)
     kind = rng.random()
     apart = draft.marks.upper_arm * float(rng.uniform(0.35, 0.75))
     x = rect[0] + float(rng.uniform(0.05, 0.14))
@@ -204,7 +203,7 @@ def _plant_elbow(
 def type_keys(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """Finger ends on the keys, palms just above."""
     if targets is None or targets.left is None or targets.right is None:
-        raise ValueError(f"typing needs targets for both hands; got {targets}")
+        raise ValueError(f"typing hands need targets for both sides; got {targets}")
     for side in "lr":
         given = targets.of(side)
         assert given is not None
@@ -244,14 +243,14 @@ def push_with(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
 def push_both(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """Both hands on a handle."""
     if targets is None or targets.left is None or targets.right is None:
-        raise ValueError(f"family 'pushing_both_hands' needs targets for both hands; got {targets}")
+        raise ValueError(f"pushing with both hands needs targets for both; got {targets}")
     return push_with(draft, rng, targets, "lr")
 
 
 def push_one(draft: Draft, rng: np.random.Generator, targets: HandTargets | None) -> bool:
     """One hand on a handle, by chance where both have a target; the other swings, or holds a phone at the ear."""
     if targets is None or (targets.left is None and targets.right is None):
-        raise ValueError(f"family 'pushing_one_hand' needs a target for a hand; got {targets}")
+        raise ValueError(f"pushing with one hand needs a target for a hand; got {targets}")
     side = lead_side(rng)
     if targets.of(side) is None:
         side = OTHER[side]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from synth.bodies.rig.ik_kernels import GoalArrays, solve_chain
 from synth.bodies.rig.kinematics import AXIS_IDX, AXIS_SIGN
-from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, PARENT_LINK, UPPER, Skeleton
+from synth.bodies.skeleton import DOF_IDX, LOWER, PARENT_LINK, UPPER, Skeleton
 
 
 class Chain(NamedTuple):
@@ -143,7 +143,3 @@ def _goal_arrays(limb: str, chain: Chain, goals: list[Goal]) -> GoalArrays:
 _PLACES: dict[str, dict[str, int]] = {
     limb: {name: i for i, name in enumerate(_ARM if limb.endswith("arm") else _LEG)} for limb in CHAINS
 }
-HAND_LINK: dict[str, int] = {side: LINK_IDX[f"{side}_wrist_deviation"] for side in "lr"}
-"""Index of the link of each palm."""
-FOOT_LINK: dict[str, int] = {side: LINK_IDX[f"{side}_ankle_inversion"] for side in "lr"}
-"""Index of the link of each foot."""

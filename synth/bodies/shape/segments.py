@@ -121,8 +121,6 @@ def _layout() -> Layout:
 
 
 LAYOUT = _layout()
-TABLE_SIZE = int(np.sum(LAYOUT.n_stations * LAYOUT.n_angles))
-"""Entries of all tables together."""
 
 
 def table_view(table: NDArray, name: str) -> NDArray:

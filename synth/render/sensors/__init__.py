@@ -1,1 +1,5 @@
-"""Models of depth sensors, applied to clean depth."""
+"""Models of depth sensors: a clean depth image in, what a real camera would have measured out."""
+
+from synth.render.sensors.models import SENSOR_NAMES, Ideal, SensorModel, apply_sensor, sensor
+
+__all__ = ["SENSOR_NAMES", "Ideal", "SensorModel", "apply_sensor", "sensor"]

@@ -10,9 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
-from synth.render.sensors.stereo import ActiveStereo
-from synth.render.sensors.structured_light import StructuredLight
-from synth.render.sensors.time_of_flight import TimeOfFlight
 
 
 class SensorModel(Protocol):
@@ -44,11 +41,30 @@ class Ideal:
         return depth_mm.copy()
 
 
+def _structured_light() -> SensorModel:
+    from synth.render.sensors.structured_light import StructuredLight
+
+    return StructuredLight()
+
+
+def _time_of_flight() -> SensorModel:
+    from synth.render.sensors.time_of_flight import TimeOfFlight
+
+    return TimeOfFlight()
+
+
+def _active_stereo() -> SensorModel:
+    from synth.render.sensors.stereo import ActiveStereo
+
+    return ActiveStereo()
+
+
+# The models load numba, which those who only want the names need not wait for.
 _MAKERS: dict[str, Callable[[], SensorModel]] = {
     "ideal": Ideal,
-    "kinect_v1": StructuredLight,
-    "kinect_v2": TimeOfFlight,
-    "realsense_d435": ActiveStereo,
+    "kinect_v1": _structured_light,
+    "kinect_v2": _time_of_flight,
+    "realsense_d435": _active_stereo,
 }
 SENSOR_NAMES: tuple[str, ...] = tuple(_MAKERS)
 """Known sensors; "ideal" is first."""

@@ -127,9 +127,10 @@ class Composer:
                 if found:
                     break
                 family = _draw_family(self.config, draw.rng)
-            if family == UNHIDDEN:
+            attempt_objects = FAMILIES[family]
+            if attempt_objects is None:
                 return None
-            objects = FAMILIES[family](draw, person)
+            objects = attempt_objects(draw, person)
             if objects is None or not is_eye_free(inverse(person.T_camera_scene), objects, EYE_ROOM):
                 continue
             candidate = self._look(family, objects, frame, person)

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass, field
 
-from synth.render.sensors.models import SENSOR_NAMES
+from synth.render.sensors import SENSOR_NAMES
 from synth.scene.config import SceneConfig
 
 

@@ -70,14 +70,18 @@ def several(draw: SceneDraw, person: RecordedPerson) -> Assembly | None:
     return objects
 
 
-FAMILIES: dict[str, Callable[[SceneDraw, RecordedPerson], Assembly | None]] = {
+FAMILIES: dict[str, Callable[[SceneDraw, RecordedPerson], Assembly | None] | None] = {
+    "unhidden": None,
     "desk": desk,
     "stroller": stroller,
     "chair": chair,
     "clutter": clutter,
     "several": several,
 }
-"""Attempts at the objects before a person by family; None means try again with the same randomness going on."""
+"""What attempts the objects before a person by family; "unhidden" puts nothing there.
+
+An attempt that gives None is made again with the same randomness going on.
+"""
 
 
 def _ahead(draw: SceneDraw, person: RecordedPerson) -> float:

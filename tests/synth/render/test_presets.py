@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from synth.render.presets import CAMERAS, MOUNTINGS, Mounting, camera, free_camera, mounting
+from synth.render.presets import CAMERAS, MOUNTINGS, Mounting, camera_named, free_camera, mounting_named
 
 
 def horizontal_field(name: str) -> float:
@@ -15,7 +15,7 @@ def horizontal_field(name: str) -> float:
 
 def test_every_preset_knows_its_name_and_has_its_centre_in_the_image() -> None:
     for name, preset in CAMERAS.items():
-        assert camera(name) is preset
+        assert camera_named(name) is preset
         assert preset.name == name
         assert 0.4 < preset.cx / preset.width < 0.6
         assert 0.4 < preset.cy / preset.height < 0.6
@@ -54,13 +54,13 @@ def test_a_free_camera_refuses_an_impossible_field(hfov: float) -> None:
 
 def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(ValueError, match="azure_kinect, kinect_v1, kinect_v1_qvga, kinect_v2"):
-        camera("kinect")
+        camera_named("kinect")
     with pytest.raises(ValueError, match="any, desk, robot, tripod"):
-        mounting("ceiling")
+        mounting_named("ceiling")
 
 
 def test_mountings_are_looked_up_and_refuse_reversed_ranges() -> None:
-    assert mounting("robot") is MOUNTINGS["robot"]
+    assert mounting_named("robot") is MOUNTINGS["robot"]
     assert MOUNTINGS["desk"].distance == (0.6, 2.0)
     with pytest.raises(ValueError, match="height"):
         Mounting((2.0, 1.0), (0.0, 0.1), (1.0, 2.0))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.render.presets import CAMERAS
+from synth.render.sensors import SENSOR_NAMES, apply_sensor, sensor
 from synth.render.sensors.geometry import (
     disparity_of,
     drop_unsupported,
@@ -15,7 +16,6 @@ from synth.render.sensors.geometry import (
     incidence_cosine,
     smooth_noise,
 )
-from synth.render.sensors.models import SENSOR_NAMES, apply_sensor, sensor
 from synth.render.sensors.stereo import ActiveStereo
 from synth.render.sensors.structured_light import StructuredLight
 from synth.render.sensors.time_of_flight import TimeOfFlight

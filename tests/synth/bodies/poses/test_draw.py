@@ -5,17 +5,11 @@ import pytest
 import trimesh
 
 from synth.bodies.body import Body, Pose
-from synth.bodies.poses.draft import landmarks_of
-from synth.bodies.poses.draw import (
-    HandTarget,
-    HandTargets,
-    draw_arms,
-    draw_base,
-    seat_contact,
-    seat_depth_of,
-    seat_height_of,
-)
+from synth.bodies.poses.draw import draw_arms, draw_base
 from synth.bodies.poses.families import FAMILIES
+from synth.bodies.poses.hands import HandTarget, HandTargets
+from synth.bodies.poses.landmarks import landmarks_of
+from synth.bodies.poses.sit import seat_contact, seat_depth_of, seat_height_of
 from synth.bodies.rig.collision import self_collides, worst_collision
 from synth.bodies.rig.kinematics import joint_positions, link_transforms
 from synth.bodies.rig.skinning import pose_vertices
@@ -253,5 +247,5 @@ def test_bad_requests_say_what_is_known():
     with pytest.raises(ValueError, match=r"must be in \[0.05, 1.5\]"):
         draw_base("sitting_feet_down", body(0), np.random.default_rng(0), 9.0)
     base = draw_base("table_hands", body(0), np.random.default_rng(0))
-    with pytest.raises(ValueError, match="needs targets"):
+    with pytest.raises(ValueError, match="need targets with surface_height"):
         draw_arms("table_hands", body(0), base, np.random.default_rng(0))

@@ -12,8 +12,7 @@ from synth.bodies.body import Body
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.ground import find_support
 from synth.bodies.mocap.source import read_source
-from synth.bodies.poses.draft import landmarks_of
-from synth.bodies.poses.draw import seat_contact, seat_height_of
+from synth.bodies.poses.landmarks import landmarks_of
 from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
@@ -26,6 +25,7 @@ from synth.bodies.poses.library import (
     write_library,
 )
 from synth.bodies.poses.place import place_pose
+from synth.bodies.poses.sit import seat_contact, seat_height_of
 from synth.bodies.rig.collision import self_collides
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.shape.make import make_body

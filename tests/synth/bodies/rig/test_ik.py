@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from synth.bodies.rig.ik import CHAINS, FOOT_LINK, HAND_LINK, Goal, solve_limb
+from synth.bodies.rig.ik import CHAINS, Goal, solve_limb
 from synth.bodies.rig.kinematics import link_transforms
-from synth.bodies.skeleton import LOWER, N_DOFS, UPPER, Lengths, make_skeleton
+from synth.bodies.skeleton import LINK_IDX, LOWER, N_DOFS, UPPER, Lengths, make_skeleton
 
 SKELETON = make_skeleton(Lengths.of_stature(1.75))
 REST = np.clip(np.full(N_DOFS, 0.2), LOWER, UPPER)
@@ -16,7 +16,7 @@ def reachable(limb: str, seed: int) -> tuple[np.ndarray, int]:
     dof = CHAINS[limb].dof
     angles = REST.copy()
     angles[dof] = rng.uniform(0.8 * LOWER[dof], 0.8 * UPPER[dof])
-    link = (HAND_LINK if limb.endswith("arm") else FOOT_LINK)[limb[0]]
+    link = LINK_IDX[f"{limb[0]}_wrist_deviation" if limb.endswith("arm") else f"{limb[0]}_ankle_inversion"]
     return link_transforms(SKELETON, angles, np.eye(4)), link
 
 
