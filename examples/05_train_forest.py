@@ -17,7 +17,8 @@ from forests.oarf.storage import load_model, save_model
 from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.drawing.skeletons import PixelLabels, overlay
+from pipelines.drawing.labels import PixelLabels
+from pipelines.drawing.overlays import overlay
 from synth.scene import SceneConfig
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else "out/example_forest")

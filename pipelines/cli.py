@@ -42,7 +42,9 @@ COMMANDS = {
     "generate": Command(
         "pipelines.commands.generate", "GenerateSettings", "make a corpus of labelled depth frames"
     ),
-    "inspect": Command("pipelines.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
+    "inspect": Command(
+        "pipelines.commands.inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"
+    ),
     "verify": Command("pipelines.commands.verify", "VerifySettings", "check a corpus: digests, laws, splits"),
     "train oarf": Command("pipelines.commands.train", "TrainOarfSettings", "train a regression forest on corpora"),
     "train rwf": Command("pipelines.commands.train", "TrainRwfSettings", "train a random walk forest on corpora"),

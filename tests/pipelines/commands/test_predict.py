@@ -18,7 +18,8 @@ from forests.oarf.storage import load_model, save_model
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing import palette
-from pipelines.drawing.skeletons import PANEL_HEIGHT, PixelLabels, label_colours, overlay
+from pipelines.drawing.labels import PixelLabels, label_colours
+from pipelines.drawing.overlays import PANEL_HEIGHT, overlay
 from pipelines.predicting.skeleton import joint_values
 from synth.vocabulary import JOINT_NAMES, N_JOINTS, PART
 
