@@ -88,7 +88,7 @@ def _chart(title: str, histogram: Histogram, form: str, note: str = "") -> Chart
     )
     n_edges = len(histogram.edges)
     ticks = tuple(
-        (min(max(k * step, 8), _WIDTH - 10), form.format(histogram.edges[k]))
+        (min(max(k * step, 14), _WIDTH - 12), form.format(histogram.edges[k]))
         for k in range(0, n_edges, max(1, (n_edges - 1) // 4))
     )
     return Chart(title, note, _WIDTH, _HEIGHT + _FOOT, bars, ticks)
