@@ -1,4 +1,4 @@
-"""Pictures: files whole or absent, windows that put points where their pixels are, skeletons that leave out nothing."""
+"""Pictures: files whole or absent, windows that put points where their pixels are, marks of joints."""
 
 import cv2
 import numpy as np
