@@ -7,7 +7,8 @@ if TYPE_CHECKING:
     from pipelines.corpus.read import Corpus
     from pipelines.corpus.sequence import CorpusFrames
     from pipelines.corpus.torch_dataset import torch_dataset
-    from pipelines.drawing.skeletons import PixelLabels, overlay
+    from pipelines.drawing.labels import PixelLabels
+    from pipelines.drawing.overlays import overlay
     from pipelines.errors import CorpusError, UserError
     from pipelines.generation.writing import generate_corpus
 
@@ -15,10 +16,10 @@ _PLACES = {
     "Corpus": "corpus.read",
     "CorpusError": "errors",
     "CorpusFrames": "corpus.sequence",
-    "PixelLabels": "drawing.skeletons",
+    "PixelLabels": "drawing.labels",
     "UserError": "errors",
     "generate_corpus": "generation.writing",
-    "overlay": "drawing.skeletons",
+    "overlay": "drawing.overlays",
     "torch_dataset": "corpus.torch_dataset",
 }
 """Where each name lives; imported when it is asked for."""

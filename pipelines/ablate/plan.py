@@ -108,7 +108,7 @@ def _settings(config: AblationConfig, row: str, number: int) -> ModelConfig:
     """Settings of a method's training of that number."""
     kind = VARIANTS[row]
     settings: Any = config.models[kind.name]
-    return replace(settings, **kind.variants[row], seed=settings.seed + number)
+    return replace(settings, **kind.variants[row].settings, seed=settings.seed + number)
 
 
 def _condition(

@@ -7,19 +7,18 @@ from pathlib import Path
 from pipelines.ablate.ablation import run_ablation, usable_cores
 from pipelines.ablate.config import Size, load_config
 from pipelines.ablate.terminal import table_lines
-from pipelines.commands.report import recordings_of, write_report
 from pipelines.drawing.tiles import spread_places
-from pipelines.inspect import inspect
+from pipelines.inspect.write import write_inspection
 from pipelines.predicting.images import layout_requests, recording_layout
 from pipelines.predicting.recording import N_ASKED, Folder, Recording
 from pipelines.predicting.sequence import SHEET_NAME, PredictionOptions, PredictionRun
 from pipelines.recordings.entries import list_files
 from pipelines.recordings.layout import Foreground
 from pipelines.recordings.plain import GivenCamera
-from pipelines.report.methods import METHODS
+from pipelines.report.methods import METHODS, shown_methods
 from pipelines.report.models import first_models
-from pipelines.report.sections.recorded import shown_methods
 from pipelines.report.source import Source, read_source
+from pipelines.report.write import recordings_of, write_report
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +66,7 @@ class DemoSettings:
         recordings = recordings_of(source, [folder] if folder else [])
         write_report(source, self.out / "report.html", recordings)
         if source.corpus is not None:
-            log.info("frames: %s", inspect(source.corpus, self.out / "inspect")[0])
+            log.info("frames: %s", write_inspection(source.corpus, self.out / "inspect")[0])
         for line in table_lines(document):
             log.info("%s", line)
         log.info("")

@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.drawing import palette
-from pipelines.drawing.frames import FONT, GAP, Picture
-from pipelines.drawing.skeletons import CAPTION_HEIGHT, marks_caption
+from pipelines.drawing.captions import CAPTION_HEIGHT, GAP, bordered, marks_caption, write_words
+from pipelines.drawing.palette import Picture
 
 TILE = (300, 260)
 """Width and height of a picture [px]; it is drawn into the middle."""
@@ -29,7 +29,7 @@ def sheet_tile(picture: Picture, name: str) -> Picture:
     tile = np.full((CAPTION_HEIGHT + TILE[1], TILE[0], 3), palette.PAPER, np.uint8)
     left, top = (TILE[0] - size[0]) // 2, CAPTION_HEIGHT + (TILE[1] - size[1]) // 2
     tile[top : top + size[1], left : left + size[0]] = small
-    cv2.putText(tile, name, (4, 14), FONT, 0.42, palette.INK, 1, cv2.LINE_AA)
+    write_words(tile, name, (4, 14))
     return tile
 
 
@@ -40,7 +40,7 @@ def sheet(tiles: list[Picture]) -> Picture:
         tiles: At least one, of `sheet_tile`.
     """
     n_across = min(N_ACROSS, len(tiles))
-    framed = [cv2.copyMakeBorder(tile, GAP, 0, GAP, 0, cv2.BORDER_CONSTANT, value=palette.PAPER) for tile in tiles]
+    framed = [bordered(tile, above=GAP, left=GAP) for tile in tiles]
     framed += [np.full_like(framed[0], palette.PAPER)] * (-len(tiles) % n_across)
     rows = [np.hstack(framed[i : i + n_across]) for i in range(0, len(framed), n_across)]
     foot = np.full((CAPTION_HEIGHT + GAP, rows[0].shape[1], 3), palette.PAPER, np.uint8)

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
+from pipelines.drawing.files import encoded
 from pipelines.errors import UserError
 from synth.frame import Frame
 
@@ -40,10 +40,7 @@ class ExportJob:
 
 def png_bytes(image: NDArray) -> bytes:
     """An 8 or 16 bit grey PNG."""
-    is_written, data = cv2.imencode(".png", np.ascontiguousarray(image))
-    if not is_written:
-        raise UserError(f"a {image.dtype} image of shape {image.shape} cannot be written as PNG")
-    return data.tobytes()
+    return encoded(image)
 
 
 def missing_extra(package: str) -> UserError:

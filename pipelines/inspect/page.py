@@ -1,30 +1,53 @@
 """The page of statistics: one HTML file without outside parts, bars drawn as SVG."""
 
-import html
+from typing import NamedTuple
 
 from pipelines.corpus import Corpus
+from pipelines.drawing.html import templates_of
+from pipelines.drawing.palette import STATE_MARKS, css_colour
 from pipelines.inspect.statistics import Histogram, Statistics
 
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 64rem; padding: 0 1rem;
-       color: #222; background: #fff }
-h1 { font-size: 1.5rem } h2 { font-size: 1.1rem; margin: 2rem 0 .5rem }
-.grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 1rem 2rem }
-table { border-collapse: collapse; width: 100% } td, th { text-align: left; padding: .1rem .4rem .1rem 0 }
-td.n { text-align: right; font-variant-numeric: tabular-nums; width: 4rem }
-.bar { display: flex; height: .9rem; background: #eee } .bar i { display: block; height: 100% }
-img { max-width: 100% } .key i { display: inline-block; width: .8rem; height: .8rem; margin: 0 .3rem 0 1rem }
-small { color: #666 }
-@media (prefers-color-scheme: dark) { body { background: #181614; color: #ddd } .bar { background: #333 }
-       small { color: #999 } svg text { fill: #aaa } }
-"""
-_STATE_COLOURS = {
-    "visible": "#2dbe8e",
-    "occluded": "#e16414",
-    "self_occluded": "#e4d842",
-    "outside": "#9a9a9a",
-    "unknown": "#6e3c6e",
-}
+_TEMPLATES = templates_of("pipelines.inspect")
+_WIDTH, _HEIGHT, _FOOT = 360.0, 120.0, 16.0
+"""Of a chart: its bars, and its ticks below them."""
+
+
+class Bar(NamedTuple):
+    """A bar of a chart.
+
+    Attributes:
+        x: Its left end.
+        y: Its upper end.
+        width: Its width.
+        height: Its height.
+        n: What it shows.
+    """
+
+    x: float
+    y: float
+    width: float
+    height: float
+    n: int
+
+
+class Chart(NamedTuple):
+    """A histogram as it is drawn.
+
+    Attributes:
+        title: What is counted.
+        note: Said below.
+        width: Of the picture.
+        height: Of the picture.
+        bars: From left to right.
+        ticks: Place across, and words, of some edges.
+    """
+
+    title: str
+    note: str
+    width: float
+    height: float
+    bars: tuple[Bar, ...]
+    ticks: tuple[tuple[float, str], ...]
 
 
 def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -> str:
@@ -35,67 +58,37 @@ def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -
         statistics: What to show.
         sheets: File names of the contact sheets beside the page.
     """
-    name = html.escape(corpus.path.resolve().name)
-    objects = ", ".join(f"{n} {html.escape(kind)}" for kind, n in statistics.n_objects.items()) or "no objects"
-    counts = "".join(
-        f"<div><h2>{html.escape(title)}</h2>{_count_table(rows, statistics.n_frames)}</div>"
-        for title, rows in statistics.counts.items()
+    charts = (
+        _chart("Share of the person that is seen", statistics.visible_fraction, "{:g}"),
+        _chart("Distance camera to torso [m]", statistics.distance, "{:g}"),
+        _chart(
+            "Camera's bearing seen from the person [deg]",
+            statistics.azimuth,
+            "{:.0f}",
+            "0 is in front, positive to the person's left",
+        ),
     )
-    return f"""<!doctype html>
-<html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{name}</title><style>{_STYLE}</style>
-<h1>{name}: {statistics.n_frames} frames</h1>
-<p>Seed {corpus.header.seed}, {corpus.header.width}x{corpus.header.height} pixels,
-{statistics.n_subjects} subjects,
-{objects}. <small>Digest {corpus.digest[:16]}</small></p>
-<h2>Joints by state</h2>{_joint_table(statistics)}
-<div class="grid">
-<div><h2>Share of the person that is seen</h2>{_svg(statistics.visible_fraction, "{:g}")}</div>
-<div><h2>Distance camera to torso [m]</h2>{_svg(statistics.distance, "{:g}")}</div>
-<div><h2>Camera's bearing seen from the person [deg]</h2>{_svg(statistics.azimuth, "{:.0f}")}
-<small>0 is in front, positive to the person's left</small></div>
-{counts}</div>
-<h2>Frames</h2>{"".join(f'<p><img src="{html.escape(sheet)}" alt="contact sheet">' for sheet in sheets)}
-</html>
-"""
+    return _TEMPLATES.get_template("page.html").render(
+        name=corpus.path.resolve().name,
+        header=corpus.header,
+        digest=corpus.digest[:16],
+        statistics=statistics,
+        state_colours={state.name.lower(): css_colour(mark.colour) for state, mark in STATE_MARKS.items()},
+        charts=charts,
+        sheets=sheets,
+    )
 
 
-def _joint_table(statistics: Statistics) -> str:
-    key = "".join(f'<i style="background:{c}"></i>{s.replace("_", "-")}' for s, c in _STATE_COLOURS.items())
-    rows = []
-    for joint, shares in statistics.joint_states.items():
-        bars = "".join(
-            f'<i style="width:{100 * shares[state]:.2f}%;background:{colour}"></i>'
-            for state, colour in _STATE_COLOURS.items()
-        )
-        numbers = "".join(f'<td class="n">{100 * shares[state]:.1f} %' for state in _STATE_COLOURS)
-        rows.append(f'<tr><td>{joint}<td style="width:45%"><div class="bar">{bars}</div>{numbers}')
-    return f'<p class="key">{key}</p><table>{"".join(rows)}</table>'
-
-
-def _count_table(counts: dict[str, int], n_frames: int) -> str:
-    rows = []
-    for name, count in counts.items():
-        share = count / max(1, n_frames)
-        bar = f'<div class="bar"><i style="width:{100 * share:.2f}%;background:#5b8def"></i></div>'
-        rows.append(f'<tr><td>{html.escape(name)}<td style="width:45%">{bar}<td class="n">{count}')
-    return f"<table>{''.join(rows)}</table>" if rows else "<p>none</p>"
-
-
-def _svg(histogram: Histogram, form: str) -> str:
-    width, height, foot = 360.0, 120.0, 16.0
+def _chart(title: str, histogram: Histogram, form: str, note: str = "") -> Chart:
     top = max(1, *histogram.counts)
-    step = width / len(histogram.counts)
-    bars = "".join(
-        f'<rect x="{k * step + 0.5:.1f}" y="{height * (1 - n / top):.1f}" width="{step - 1:.1f}" '
-        f'height="{height * n / top:.1f}" fill="#5b8def"><title>{n}</title></rect>'
+    step = _WIDTH / len(histogram.counts)
+    bars = tuple(
+        Bar(k * step + 0.5, _HEIGHT * (1 - n / top), step - 1, _HEIGHT * n / top, n)
         for k, n in enumerate(histogram.counts)
     )
-    n_ticks = len(histogram.edges)
-    every = max(1, (n_ticks - 1) // 4)
-    ticks = "".join(
-        f'<text x="{min(max(k * step, 8), width - 10):.1f}" y="{height + foot - 3}" font-size="11" '
-        f'text-anchor="middle">{form.format(histogram.edges[k])}</text>'
-        for k in range(0, n_ticks, every)
+    n_edges = len(histogram.edges)
+    ticks = tuple(
+        (min(max(k * step, 14), _WIDTH - 12), form.format(histogram.edges[k]))
+        for k in range(0, n_edges, max(1, (n_edges - 1) // 4))
     )
-    return f'<svg viewBox="0 0 {width} {height + foot}" width="100%" role="img">{bars}{ticks}</svg>'
+    return Chart(title, note, _WIDTH, _HEIGHT + _FOOT, bars, ticks)

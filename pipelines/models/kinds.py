@@ -9,15 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from pipelines.errors import UserError
+from pipelines.models import describing
+from pipelines.models.describing import Description
 
 if TYPE_CHECKING:
     import numpy as np
 
     from forests.frames import LabelTable
     from pipelines.models.asking import JointPredictor
+
+
+Marker = Literal["disc", "square", "diamond", "triangle", "cross"]
 
 
 class ModelConfig(Protocol):
@@ -50,6 +55,27 @@ class Tools(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Variant:
+    """A way of training that an ablation compares with others, and how it is drawn (colours of Okabe and Ito).
+
+    Attributes:
+        settings: What it sets of the kind's settings.
+        title: In tables.
+        short: Over pictures.
+        colour: As CSS has it.
+        dash: SVG dash pattern, empty for a full line.
+        marker: At points.
+    """
+
+    settings: Mapping[str, object]
+    title: str
+    short: str
+    colour: str
+    dash: str
+    marker: Marker
+
+
+@dataclass(frozen=True)
 class ModelKind:
     """A kind of model.
 
@@ -58,11 +84,11 @@ class ModelKind:
         title: In sentences.
         config_class: The class of its settings.
         tools: The functions of its package.
-        variants: Settings by name of a row of the ablation: the ways of training that are compared.
+        variants: The ways of training that an ablation compares, by the name of its row; the one that knows most
+            is last.
         needs_objects: Whether a training with these settings learns from frames that show objects.
         training_s: About how long a training takes on one core [s], by settings, training and validation frames.
-        given: What it is told beside the depth image when it is scored, as a sentence; None for nothing. Takes the
-            settings as JSON values.
+        describe: What a report tells of it, by its settings as JSON values.
         reduced: The model with its first trees and other voting pixels alone, 0 = as trained; None: it has none.
     """
 
@@ -70,10 +96,10 @@ class ModelKind:
     title: str
     config_class: Callable[[], type]
     tools: Callable[[], Tools]
-    variants: Mapping[str, Mapping[str, object]]
+    variants: Mapping[str, Variant]
     needs_objects: Callable[[Any], bool]
     training_s: Callable[[Any, int, int], float]
-    given: Callable[[Mapping[str, Any]], str | None]
+    describe: Callable[[Mapping[str, Any]], Description]
     reduced: Callable[[JointPredictor, int, int], JointPredictor] | None = None
 
 
@@ -129,14 +155,6 @@ def _rwf_training_s(config: Any, n_train: int, n_val: int) -> float:
     return 0.12 * n_val + 7e-6 * n_joints * config.n_trees * config.n_points * n_train
 
 
-def _rwf_given(settings: Mapping[str, Any]) -> str:
-    names = ", ".join(name.replace("_", " ") for name in settings["box_joints"])
-    return (
-        "Random walk forests are given the box around the true places of some joints, as by a perfect detector "
-        f"({names}); the regression forests are given nothing but the image."
-    )
-
-
 KINDS: Mapping[str, ModelKind] = {
     kind.name: kind
     for kind in (
@@ -145,10 +163,23 @@ KINDS: Mapping[str, ModelKind] = {
             title="regression forest",
             config_class=_oarf_config,
             tools=_oarf_tools,
-            variants={mode: {"mode": mode} for mode in ("baseline", "occluders", "semantic")},
+            variants={
+                "baseline": Variant({"mode": "baseline"}, "Baseline", "baseline", "currentColor", "2 3", "disc"),
+                "occluders": Variant(
+                    {"mode": "occluders"},
+                    "OARF without semantics",
+                    "without semantics",
+                    "#0072b2",
+                    "7 3",
+                    "square",
+                ),
+                "semantic": Variant(
+                    {"mode": "semantic"}, "OARF with semantics", "with semantics", "#d55e00", "", "diamond"
+                ),
+            },
             needs_objects=lambda config: config.mode != "baseline",
             training_s=_oarf_training_s,
-            given=lambda settings: None,
+            describe=describing.regression_forest,
             reduced=_oarf_reduced,
         ),
         ModelKind(
@@ -156,10 +187,27 @@ KINDS: Mapping[str, ModelKind] = {
             title="random walk forest",
             config_class=_rwf_config,
             tools=_rwf_tools,
-            variants={"rwf_body": {"layer": "body"}, "rwf": {"layer": "composite"}},
+            variants={
+                "rwf_body": Variant(
+                    {"layer": "body"},
+                    "Random walks, learned from bodies",
+                    "random walks, bodies",
+                    "#cc79a7",
+                    "1 2",
+                    "triangle",
+                ),
+                "rwf": Variant(
+                    {"layer": "composite"},
+                    "Random walks, learned with objects",
+                    "random walks",
+                    "#009e73",
+                    "8 3 2 3",
+                    "cross",
+                ),
+            },
             needs_objects=lambda config: False,
             training_s=_rwf_training_s,
-            given=_rwf_given,
+            describe=describing.random_walk_forest,
         ),
     )
 }

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
 from forests.estimate import JointEstimate
 from pipelines.corpus.header import write_atomically
-from pipelines.drawing.frames import Picture
-from pipelines.drawing.skeletons import skeleton_panel
+from pipelines.drawing.files import write_picture
+from pipelines.drawing.overlays import skeleton_panel
+from pipelines.drawing.palette import Picture
 from pipelines.drawing.tiles import sheet, sheet_tile, spread_places
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant, ask
@@ -120,7 +120,7 @@ class PredictionRun:
                 self._tell(answer)
         write_atomically(self.out / LINES_NAME, "".join(lines))
         if tiles:
-            _write_picture(self.out / SHEET_NAME, sheet(tiles))
+            write_picture(self.out / SHEET_NAME, sheet(tiles))
         return n_skipped
 
     def _answer(self, request: Request) -> Answer:
@@ -148,7 +148,7 @@ class PredictionRun:
         write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
         if self.options.pictures:
             picture = skeleton_picture(self.contestant, *answer.image, answer.estimate)
-            _write_picture(self.out / f"{answer.request.name}.overlay.png", picture)
+            write_picture(self.out / f"{answer.request.name}.overlay.png", picture)
         return document
 
     def _panel(self, answer: Answer) -> Picture:
@@ -180,8 +180,3 @@ class PredictionRun:
 
 def _line(document: dict[str, Any]) -> str:
     return json.dumps(document, separators=(",", ":")) + "\n"
-
-
-def _write_picture(path: Path, picture: Picture) -> None:
-    if not cv2.imwrite(str(path), picture):
-        raise UserError(f"cannot write {path}")

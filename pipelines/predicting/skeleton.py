@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
 from forests.frames import Pinhole
-from pipelines.drawing.skeletons import PixelLabels, overlay
+from pipelines.drawing.labels import PixelLabels
+from pipelines.drawing.overlays import overlay
 from pipelines.models.asking import Contestant, PixelLabeller
 
 SCHEMA = "undergrowth skeleton"

@@ -5,8 +5,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from markupsafe import Markup, escape
+
 from pipelines.report.methods import Method
-from pipelines.report.text import MINUS, escape
+from pipelines.report.text import MINUS
 
 WIDTH = 380.0
 """Of every chart, in the units of its text's 12."""
@@ -88,7 +90,7 @@ def round_axis(label: str, values: Iterable[float | None], least: tuple[float, f
     return Axis(label, ticks[0], ticks[-1], ticks)
 
 
-def line_chart(title: str, series: Sequence[Series], x: Axis, y: Axis, with_diagonal: bool = False) -> str:
+def line_chart(title: str, series: Sequence[Series], x: Axis, y: Axis, with_diagonal: bool = False) -> Markup:
     """Lines over a grid; whiskers where points have an interval.
 
     Args:
@@ -132,7 +134,7 @@ def _drawn_series(series: Series, at: Callable[[float, float], tuple[float, floa
     return parts + [marker(method, *place) for _, place in known[:: series.marker_step]]
 
 
-def row_chart(title: str, rows: Sequence[tuple[str, Sequence[Series]]], x: Axis, is_bar: bool) -> str:
+def row_chart(title: str, rows: Sequence[tuple[str, Sequence[Series]]], x: Axis, is_bar: bool) -> Markup:
     """Rows of values with their intervals: bars from the axis' beginning, or points beside a line at 0.
 
     Args:
@@ -217,16 +219,15 @@ def _fill(method: Method) -> str:
     return f'fill="{method.colour}"'
 
 
-def swatch(method: Method) -> str:
+def swatch(method: Method) -> Markup:
     """A method's line and marker for a legend."""
     line = _line(1, 7, 35, 7, f'stroke="{method.colour}" stroke-width="2" stroke-dasharray="{method.dash}"')
-    return f'<svg viewBox="0 0 36 14" aria-hidden="true">{line}{marker(method, 18, 7)}</svg>'
+    return Markup(f'<svg viewBox="0 0 36 14" aria-hidden="true">{line}{marker(method, 18, 7)}</svg>')
 
 
-def _svg(title: str, height: float, parts: Iterable[str]) -> str:
-    return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{escape(title)}">{"".join(parts)}</svg>'
-    )
+def _svg(title: str, height: float, parts: Iterable[str]) -> Markup:
+    head = f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{escape(title)}">'
+    return Markup(f"{head}{''.join(parts)}</svg>")
 
 
 def _line(x1: float, y1: float, x2: float, y2: float, style: str) -> str:

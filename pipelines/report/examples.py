@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from pipelines.metrics import errors
 from pipelines.metrics.results import Results
+from pipelines.report.methods import EXAMPLE_PAIRS
 from pipelines.report.source import Source
 from synth.vocabulary import JointState
 
 ERROR_CAP_M = 0.50
 """A joint's error counts at most this much, and this much if there is no answer."""
-PAIRS = (("semantic", "occluders"), ("semantic", "baseline"), ("occluders", "baseline"), ("rwf", "rwf_body"))
-"""The gain is of the first pair of methods that is there."""
 
 
 class Place(NamedTuple):
@@ -74,7 +73,7 @@ class Choice:
 
 def choose_examples(source: Source) -> Choice | None:
     """Frames at the quantiles of the gain, of the first training; None without two methods to compare."""
-    for pair in PAIRS:
+    for pair in EXAMPLE_PAIRS:
         both = source.pairs(*pair)
         if both:
             first, second = both[0]

@@ -1,6 +1,5 @@
 """Numbers as a reader wants them; whatever cannot be told is a dash."""
 
-import html
 from collections.abc import Mapping, Sequence
 
 NOTHING = "\N{EN DASH}"
@@ -18,11 +17,6 @@ UNITS: Mapping[str, float] = {
     "missing": 100.0,
 }
 """What a measure is multiplied by to be shown: shares in percent, lengths in centimetres."""
-
-
-def escape(words: object) -> str:
-    """Words as HTML text."""
-    return html.escape(str(words))
 
 
 def number(value: float | None, scale: float = 1.0, sign: bool = False) -> str:

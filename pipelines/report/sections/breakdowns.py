@@ -27,8 +27,8 @@ from pipelines.metrics.measures import WITHIN_M
 from pipelines.metrics.resampling import Mean
 from pipelines.metrics.results import Results, Truths
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis, row_chart
-from pipelines.report.markup import Section, figures, left_out, legend, paragraph, table
-from pipelines.report.methods import METHODS, Method, pair_name
+from pipelines.report.methods import CLASS_PAIRS, DIFFERENCE, METHODS, Method, pair_name
+from pipelines.report.page import Chart, Section, Table
 from pipelines.report.source import Source
 from pipelines.report.text import counted, number, p_value, with_interval
 from synth.vocabulary import JointState
@@ -38,12 +38,12 @@ _PERCENT = Axis("joints [%]", 0.0, 100.0, (0.0, 20.0, 40.0, 60.0, 80.0, 100.0))
 _SHARE_TICKS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 LEAST_FRAMES = 10
 """Of fewer frames, resampled frames say nothing on others: no interval is shown."""
-_GAIN = Method("difference", "difference", "#d55e00", "", "diamond")
+LEAST_JOINTS = 20
+"""A bin of fewer joints is not drawn."""
 _GAIN_MEASURES: Mapping[str, str] = {
     "accuracy_10cm": "within 10 cm",
     "map_10cm": "mean average precision at 10 cm",
 }
-_GAINS = (("semantic", "occluders"), ("occluders", "baseline"), ("semantic", "baseline"))
 
 Gains = Mapping[str, Mapping[str, Difference]]
 """Differences of two methods by class of object and measure."""
@@ -69,10 +69,13 @@ def curves_section(source: Source) -> Section:
         n_joints = int(group_of(source.truths, group).sum())
         lines = [Series(METHODS[name], _curve(source.answers[name], group), 5) for name in source.rows]
         caption = f"{words}: {counted(n_joints, 'joint', 'joints')}"
-        charts.append((caption, line_chart(caption, lines, x, _PERCENT)))
-    notes = "Share of joints that are found within a distance; means over trainings. The tables count at 10 cm."
-    body = figures(charts, legend(METHODS[name] for name in source.rows)) + paragraph(notes)
-    return Section("curves", "Accuracy by distance", body)
+        charts.append(Chart(caption, line_chart(caption, lines, x, _PERCENT)))
+    return Section("curves", "Accuracy by distance", {"charts": charts, "methods": _methods(source)})
+
+
+def _methods(source: Source) -> list[Method]:
+    """For a legend."""
+    return [METHODS[name] for name in source.rows]
 
 
 def group_of(truths: Truths, group: str) -> NDArray[np.bool_]:
@@ -99,14 +102,9 @@ def joints_section(source: Source) -> Section:
             series = [Series(METHODS[name], (point,)) for name, point in shares.items()]
             rows.append((f"{joint.replace('_', ' ')} ({n_joints})", series))
         title = f"{words[0].upper()}{words[1:]} within 10 cm"
-        charts.append((title, row_chart(title, rows, _PERCENT, is_bar=True)))
-    notes = (
-        "In brackets, how often the joint is so in the test frames. Bars are means over trainings, in the order "
-        "of the list above. Whiskers are 95 % intervals; joints that are so in fewer than "
-        f"{LEAST_FRAMES} frames have none."
-    )
-    body = figures(charts, legend(METHODS[name] for name in source.rows)) + paragraph(notes)
-    return Section("joints", "Joint by joint", body)
+        charts.append(Chart(title, row_chart(title, rows, _PERCENT, is_bar=True)))
+    values = {"charts": charts, "methods": _methods(source), "least_frames": LEAST_FRAMES}
+    return Section("joints", "Joint by joint", values)
 
 
 def _share_of_joint(source: Source, name: str, joint: str, state: str) -> Point:
@@ -126,24 +124,20 @@ def _share_of_joint(source: Source, name: str, joint: str, state: str) -> Point:
 def classes_section(source: Source) -> Section:
     """What semantics gain where an object of a class hides the joint."""
     title = "Gain by class of object"
-    pairs = {(a, b): source.pairs(a, b) for a, b in _GAINS}
+    pairs = {(a, b): source.pairs(a, b) for a, b in CLASS_PAIRS}
     pairs = {key: both for key, both in pairs.items() if both}
     if not pairs:
-        return left_out("classes", title, "it needs two of the regression forests")
+        return Section("classes", title, missing="it needs two of the regression forests")
     truths = source.truths
     groups = dict(by_hiding_class(truths))
     if not groups:
-        return left_out("classes", title, "no joint of the test frames is hidden by an object")
+        return Section("classes", title, missing="no joint of the test frames is hidden by an object")
     groups = {"any object": by_state(truths)["occluded"], **groups}
     gains = {pair_name(" - ".join(key)): _gains(source, both, groups) for key, both in pairs.items()}
     counts = {name: _counted(is_in) for name, is_in in groups.items()}
-    notes = (
-        "A joint belongs to the class of the object that hides it. Average precision gives each of the joints the "
-        "same weight however rarely it is hidden; the share within 10 cm, which the charts show, is steadier. "
-        f"No interval is told of fewer than {LEAST_FRAMES} frames. Nothing is corrected for testing many classes."
-    )
-    tables = (_gain_table(key, words, gains, counts) for key, words in _GAIN_MEASURES.items())
-    return Section("classes", title, _gain_charts(gains, counts) + "".join(tables) + paragraph(notes))
+    tables = [_gain_table(key, words, gains, counts) for key, words in _GAIN_MEASURES.items()]
+    values = {"charts": _gain_charts(gains, counts), "tables": tables, "least_frames": LEAST_FRAMES}
+    return Section("classes", title, values)
 
 
 def _counted(is_in: NDArray[np.bool_]) -> Count:
@@ -154,17 +148,17 @@ def _gains(source: Source, pairs: list[tuple[Results, Results]], groups: Groups)
     return {name: compare_seeds(pairs, is_in, source.rng(), source.n_resamples) for name, is_in in groups.items()}
 
 
-def _gain_table(measure: str, words: str, gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> str:
-    rows = (
+def _gain_table(measure: str, words: str, gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> Table:
+    rows = [
         [
             name,
             *map(str, count),
             *(_gain_cell(gain[name][measure], count.n_frames >= LEAST_FRAMES) for gain in gains.values()),
         ]
         for name, count in counts.items()
-    )
+    ]
     caption = f"Occluded joints, {words}: paired differences [percentage points], 95 % intervals, p-values"
-    return table(f"gain-{measure}", caption, ["hidden by", "frames", "joints", *gains], rows)
+    return Table(f"gain-{measure}", caption, ["hidden by", "frames", "joints", *gains], rows)
 
 
 def _gain_cell(gain: Difference, is_sure: bool) -> str:
@@ -175,7 +169,7 @@ def _gain_cell(gain: Difference, is_sure: bool) -> str:
     return f"{shown}, {p_value(known(gain.p_value))}"
 
 
-def _gain_charts(gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> str:
+def _gain_charts(gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> list[Chart]:
     """One chart a pair of methods, all on one axis."""
     points = {
         pair: {name: _gain_point(of["accuracy_10cm"], counts[name].n_frames) for name, of in gain.items()}
@@ -185,9 +179,11 @@ def _gain_charts(gains: Mapping[str, Gains], counts: Mapping[str, Count]) -> str
     x = round_axis("difference within 10 cm [points]", ends, (-1.0, 1.0))
     charts = []
     for pair, of in points.items():
-        rows = [(f"{name} ({counts[name].n_joints})", [Series(_GAIN, (point,))]) for name, point in of.items()]
-        charts.append((pair, row_chart(pair, rows, x, is_bar=False)))
-    return figures(charts)
+        rows = [
+            (f"{name} ({counts[name].n_joints})", [Series(DIFFERENCE, (point,))]) for name, point in of.items()
+        ]
+        charts.append(Chart(pair, row_chart(pair, rows, x, is_bar=False)))
+    return charts
 
 
 def _gain_point(gain: Difference, n_frames: int) -> Point:
@@ -202,7 +198,7 @@ def reliability_section(source: Source) -> Section:
         "That a joint is found within 10 cm": lambda r: (r.probability, errors(r) <= WITHIN_M),
         "That an object hides a joint": lambda r: (r.hidden_probability, r.truths.state == JointState.OCCLUDED),
     }
-    charts: list[tuple[str, str]] = []
+    charts: list[Chart] = []
     shown: dict[str, Method] = {}
     x = Axis("probability told", 0.0, 1.0, _SHARE_TICKS)
     y = Axis("share that was so", 0.0, 1.0, _SHARE_TICKS)
@@ -210,20 +206,16 @@ def reliability_section(source: Source) -> Section:
         lines = [Series(METHODS[name], _bins(source.answers[name], ask)) for name in source.rows]
         lines = [line for line in lines if line.points]
         if lines:
-            charts.append((caption, line_chart(caption, lines, x, y, with_diagonal=True)))
+            charts.append(Chart(caption, line_chart(caption, lines, x, y, with_diagonal=True)))
             shown |= {line.method.name: line.method for line in lines}
     if not charts:
-        return left_out("reliability", title, "no method tells calibrated probabilities")
-    notes = (
-        "Joints of all test frames and trainings, in ten bins by the probability that the method told; bins of "
-        "fewer than 20 joints are not drawn. On the dotted line, probabilities are what they say. They were "
-        "fitted on the validation frames."
-    )
-    return Section("reliability", title, figures(charts, legend(shown.values())) + paragraph(notes))
+        return Section("reliability", title, missing="no method tells calibrated probabilities")
+    values = {"charts": charts, "methods": list(shown.values()), "least_joints": LEAST_JOINTS}
+    return Section("reliability", title, values)
 
 
 def _bins(
-    seeds: Sequence[Results], ask: Callable[[Results], tuple[NDArray, NDArray]], least: int = 20
+    seeds: Sequence[Results], ask: Callable[[Results], tuple[NDArray, NDArray]], least: int = LEAST_JOINTS
 ) -> tuple[Point, ...]:
     told, happened = (np.concatenate(parts, axis=None) for parts in zip(*map(ask, seeds), strict=True))
     has_truth = np.concatenate([~np.isnan(errors(results)) for results in seeds], axis=None)

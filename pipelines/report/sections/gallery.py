@@ -1,146 +1,119 @@
 """The section of example frames: what the camera saw, what is true, what each method answered."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pipelines.drawing.labels import PixelLabels, true_labels
+from pipelines.drawing.palette import CLASS_COLOURS, css_colour
+from pipelines.drawing.windows import Window
 from pipelines.metrics.measures import WITHIN_M
-from pipelines.report.examples import ERROR_CAP_M, PLACES, Choice, Example, choose_examples, frame_errors
-from pipelines.report.markup import Section, left_out, paragraph
+from pipelines.models.asking import PixelLabeller
+from pipelines.report.examples import ERROR_CAP_M, PLACES, Example, choose_examples, frame_errors
 from pipelines.report.methods import METHODS
 from pipelines.report.models import first_model
-from pipelines.report.pictures import (
-    View,
-    class_colour,
-    depth_picture,
-    estimate_picture,
-    image_tag,
-    label_picture,
-    true_label,
-    truth_picture,
-)
+from pipelines.report.page import Section, Tile
+from pipelines.report.pictures import depth_image, errors_image, example_window, labels_image, truth_image
 from pipelines.report.source import Source
-from pipelines.report.text import SPACE, escape, number
+from pipelines.report.text import SPACE, number
 from synth.frame import Frame
 from synth.vocabulary import OCCLUDER_CLASSES, OCCLUDER_CODE
 
 _TITLE = "Examples"
 _NAME = "examples"
 
+Labels = Mapping[int, PixelLabels]
+"""A method's labels of the pixels of the examples, by the example's row."""
 
-class Labels(NamedTuple):
-    """A method's labels of the pixels of the examples.
+
+class ShownExample(NamedTuple):
+    """An example as the page shows it.
 
     Attributes:
-        by_row: (height, width) uint8 by the example's row: class + 1, 0 where there is no depth.
-        tells_classes: Whether it tells classes of objects apart.
+        number: Of the frame.
+        title: Why this one.
+        objects: Classes of its objects.
+        percent_seen: How much of the person is seen.
+        gain: Of the pair of methods [cm].
+        tiles: Its pictures.
     """
 
-    by_row: Mapping[int, NDArray[np.uint8]]
-    tells_classes: bool
+    number: int
+    title: str
+    objects: str
+    percent_seen: str
+    gain: str
+    tiles: list[Tile]
 
 
 def examples_section(source: Source) -> Section:
     """Frames at the quantiles of the gain."""
     choice = choose_examples(source)
     if choice is None:
-        return left_out(_NAME, _TITLE, "they need two methods that answered the same frames")
+        return Section(_NAME, _TITLE, missing="they need two methods that answered the same frames")
     if source.corpus is None:
-        return left_out(_NAME, _TITLE, "the corpus is not there")
+        return Section(_NAME, _TITLE, missing="the corpus is not there")
     sensor = source.document["settings"]["sensor"]
     truths = source.truths
     frames = {item.row: source.corpus.frame(int(truths.frame[item.row]), sensor) for item in choice.examples}
-    labels = {name: _labels_of(source, name, frames) for name in source.rows}
-    known = {name: item for name, item in labels.items() if item is not None}
-    parts = [_example(source, item, frames[item.row], known) for item in choice.examples]
-    return Section(_NAME, _TITLE, _rule(choice) + _legend(frames.values()) + _note(source, known) + "".join(parts))
-
-
-def _rule(choice: Choice) -> str:
+    labelling = [name for name in source.rows if source.main["rows"][name]["pixels"][0]]
+    labels = {name: _labels_of(source, name, frames) for name in labelling}
     first, second = (METHODS[name].name for name in choice.pair)
-    quantiles = ", ".join(f"{place.quantile:g}" for place in PLACES)
-    frames = "the test frames in which an object hides a joint" if choice.is_hiding else "all test frames"
-    return paragraph(
-        f"Chosen by rule: {frames} ({choice.n_frames:,}) are ordered by how much smaller the mean error over "
-        f"joints is for {first} than for {second}, both of the first training; an error counts at most "
-        f"{100 * ERROR_CAP_M:.0f} cm. Shown are the frames at the quantiles {quantiles} of that order."
-    )
-
-
-def _note(source: Source, known: Mapping[str, Labels]) -> str:
-    """Why labels of pixels are missing, if they are."""
-    lacking = [name for name in source.rows if name not in known and source.main["rows"][name]["pixels"][0]]
-    if not lacking:
-        return ""
-    names = ", ".join(METHODS[name].name for name in lacking)
-    return f'<p class="missing">Left out: labels of pixels of {escape(names)}; their models are not there.</p>'
+    values = {
+        "frames": "the test frames in which an object hides a joint" if choice.is_hiding else "all test frames",
+        "n_frames": choice.n_frames,
+        "first": first,
+        "second": second,
+        "cap_cm": f"{100 * ERROR_CAP_M:.0f}",
+        "quantiles": [f"{place.quantile:g}" for place in PLACES],
+        "classes": _class_colours(frames.values()),
+        "without_labels": [METHODS[name].name for name, known in labels.items() if known is None],
+        "examples": [_example(source, item, frames[item.row], labels) for item in choice.examples],
+    }
+    return Section(_NAME, _TITLE, values)
 
 
 def _labels_of(source: Source, name: str, frames: Mapping[int, Frame]) -> Labels | None:
-    model = first_model(source, name) if source.main["rows"][name]["pixels"][0] else None
+    """None if the method's model is not there."""
+    model = first_model(source, name)
     if model is None or model.contestant.classes is None:
         return None
-    predictor, classes = model.contestant.predictor, model.contestant.classes
-    by_row = {
-        row: predictor.label_pixels(frame.depth, frame.camera)  # type: ignore[attr-defined]
+    labeller, classes = cast("PixelLabeller", model.contestant.predictor), model.contestant.classes.names
+    return {
+        row: PixelLabels(labeller.label_pixels(frame.depth, frame.camera), classes)
         for row, frame in frames.items()
     }
-    return Labels(by_row, len(classes.names) - classes.n_parts > 1)
 
 
-def _example(source: Source, item: Example, frame: Frame, labels: Mapping[str, Labels]) -> str:
-    view = View.of(frame)
-    truths = source.truths
-    seen = image_tag(depth_picture(view), "depth", is_flat=False)
-    names, row = truths.joints, item.row
-    truth = image_tag(truth_picture(view, names, truths.xyz[row], truths.state[row]), "true joints", is_flat=True)
+def _class_colours(frames: Iterable[Frame]) -> dict[str, str]:
+    """CSS colours of the classes of objects that some frames show."""
+    shown = {part.class_name for frame in frames for part in frame.info.objects}
+    return {name: css_colour(CLASS_COLOURS[OCCLUDER_CODE[name]]) for name in OCCLUDER_CLASSES[1:] if name in shown}
+
+
+def _example(source: Source, item: Example, frame: Frame, labels: Mapping[str, Labels | None]) -> ShownExample:
+    window = example_window(frame)
+    truths, row = source.truths, item.row
+    truth = truth_image(frame, window, truths.joints, truths.xyz[row], truths.state[row])
     tiles = [
-        _tile("depth", [seen]),
-        _tile("truth", [truth, image_tag(label_picture(view, true_label(frame)), "true labels", is_flat=True)]),
+        Tile("depth", [depth_image(frame, window)]),
+        Tile("truth", [truth, labels_image(true_labels(frame), window, "true labels")]),
     ]
     for name in source.rows:
-        tiles.append(_method_tile(source, name, row, view, labels.get(name)))
+        known = labels.get(name)
+        tiles.append(_method_tile(source, name, row, frame, window, None if known is None else known[row]))
     objects = ", ".join(dict.fromkeys(part.class_name for part in frame.info.objects)) or "no object"
-    words = (
-        f"Frame {frame.info.index}, {objects}; {100 * frame.info.visible_fraction:.0f} % of the person seen. "
-        f"Gain {number(item.gain_m, 100.0, sign=True)} cm."
-    )
-    return (
-        f'<div class="example" id="frame-{frame.info.index}"><h3>{escape(item.words)}</h3>{paragraph(words)}'
-        f'<div class="tiles">{"".join(tiles)}</div></div>\n'
-    )
+    seen = f"{100 * frame.info.visible_fraction:.0f}"
+    return ShownExample(frame.info.index, item.words, objects, seen, number(item.gain_m, 100.0, sign=True), tiles)
 
 
-def _method_tile(source: Source, name: str, row: int, view: View, labels: Labels | None) -> str:
-    results = source.answers[name][0]
-    truths = results.truths
-    joints = estimate_picture(view, truths.joints, truths.xyz[row], results.proposals[row, :, 0], WITHIN_M)
-    shown = [image_tag(joints, f"joints, {METHODS[name].short}", is_flat=True)]
+def _method_tile(
+    source: Source, name: str, row: int, frame: Frame, window: Window, labels: PixelLabels | None
+) -> Tile:
+    results, short = source.answers[name][0], METHODS[name].short
+    truths, xyz = results.truths, results.proposals[row, :, 0]
+    words = f"joints, {short}"
+    shown = [errors_image(frame, window, truths.joints, truths.xyz[row], xyz, WITHIN_M, words)]
     if labels is not None:
-        picture = label_picture(view, labels.by_row[row], labels.tells_classes)
-        shown.append(image_tag(picture, f"labels, {METHODS[name].short}", is_flat=True))
+        shown.append(labels_image(labels, window, f"labels, {short}"))
     error = number(float(frame_errors(results)[row]), 100.0)
-    return _tile(f"{METHODS[name].short}, {error}{SPACE}cm", shown)
-
-
-def _tile(caption: str, images: list[str]) -> str:
-    return f"<figure>{''.join(images)}<figcaption>{escape(caption)}</figcaption></figure>"
-
-
-def _legend(frames: Iterable[Frame]) -> str:
-    shown = {part.class_name for frame in frames for part in frame.info.objects}
-    classes = "".join(
-        f'<li><i style="background:repeating-linear-gradient(45deg,{class_colour(OCCLUDER_CODE[name])} 0 3px,'
-        f'#555 3px 6px)"></i>{escape(name)}</li>'
-        for name in OCCLUDER_CLASSES[1:]
-        if name in shown
-    )
-    words = (
-        "Upper pictures, truth: yellow ring = hidden by an object, blue dot = any other joint. Methods: green "
-        "dot = within 10 cm, red cross = farther off, tied to the true place; the thin grey skeleton is the "
-        "truth. Under the pictures, the mean error. Lower pictures: labels of pixels, body parts in plain colours "
-        "(the person's left light, right deep), objects in stripes; grey stripes = an object, its class not told."
-    )
-    return paragraph(words) + (f'<ul class="legend">{classes}</ul>' if classes else "")
+    return Tile(f"{short}, {error}{SPACE}cm", shown)

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
-from pipelines.report.markup import Section, figures, left_out, legend, paragraph, table
-from pipelines.report.methods import METHODS, pair_name
+from pipelines.report.methods import HEADLINES, METHODS, pair_name
+from pipelines.report.page import Chart, Section, Table
 from pipelines.report.source import Source
 from pipelines.report.text import NOTHING, difference, measured
 
@@ -33,7 +33,6 @@ _NOTES: Mapping[str, str] = {
     "imported": "The forests are those of the main table, all trainings of them, and learned from procedural "
     "frames alone; only the test frames are others.",
 }
-_PAIRS = ("semantic - occluders", "semantic - baseline")
 _MEASURE = "map_10cm"
 Condition = Mapping[str, Any]
 
@@ -43,40 +42,57 @@ def questions_section(source: Source) -> Section:
     title = "Further questions"
     asked = {name: conditions for name, conditions in source.document["questions"].items() if conditions}
     if not asked:
-        return left_out("questions", title, "the ablation asked none")
+        return Section("questions", title, missing="the ablation asked none")
     n_seeds = source.document["settings"]["n_question_seeds"]
-    notes = (
-        f"Conditions of a question differ in nothing else. Mean average precision at 10 cm [%], {n_seeds} "
-        f"{'training' if n_seeds == 1 else 'trainings'} each unless it says otherwise; brackets are 95 % "
-        "intervals over test frames."
-    )
-    return Section("questions", title, paragraph(notes) + "".join(_question(name, asked[name]) for name in asked))
+    values = {
+        "trainings": f"{n_seeds} {'training' if n_seeds == 1 else 'trainings'}",
+        "questions": [_question(name, conditions) for name, conditions in asked.items()],
+    }
+    return Section("questions", title, values)
 
 
-def _question(name: str, conditions: Sequence[Condition]) -> str:
+def _question(name: str, conditions: Sequence[Condition]) -> dict[str, Any]:
     settings = list(conditions[0]["settings"])
     rows = [row for row in METHODS if row in conditions[0]["rows"]]
-    pairs = [pair for pair in _PAIRS if pair in conditions[0]["differences"]]
-    tables = []
     groups: tuple[tuple[str, str, Callable[[Mapping], Mapping]], ...] = (
         ("all", "All joints", lambda scores: scores),
         ("occluded", "Occluded joints", lambda scores: scores["occluded"]),
     )
-    for group, words, of in groups:
-        body = (
-            [
-                *(_setting(condition["settings"][key]) for key in settings),
-                str(next(iter(condition["rows"].values()))["n_frames"]),
-                *(measured(of(condition["rows"][row]), _MEASURE) for row in rows),
-                *(_gap(condition, pair, of) for pair in pairs),
-            ]
-            for condition in conditions
-        )
-        names = [METHODS[row].name for row in rows] + [pair_name(pair) for pair in pairs]
-        headings = [*(_SETTINGS.get(key, key) for key in settings), "test frames", *names]
-        tables.append(table(f"question-{name}-{group}", words, headings, body))
-    note = paragraph(_NOTES[name]) if name in _NOTES else ""
-    return f"<h3>{_TITLES.get(name, name)}</h3>{note}{_charts(conditions, settings, rows)}{''.join(tables)}"
+    tables = [_table(f"question-{name}-{key}", words, conditions, rows, of) for key, words, of in groups]
+    return {
+        "title": _TITLES.get(name, name),
+        "note": _NOTES.get(name, ""),
+        "charts": _charts(conditions, settings, rows),
+        "methods": [METHODS[row] for row in rows],
+        "tables": tables,
+    }
+
+
+def _table(
+    name: str, caption: str, conditions: Sequence[Condition], rows: Sequence[str], of: Callable[[Mapping], Mapping]
+) -> Table:
+    """The conditions below each other.
+
+    Args:
+        name: The table's.
+        caption: What it shows.
+        conditions: Of a question.
+        rows: Methods.
+        of: Takes a group of joints out of a method's scores.
+    """
+    settings = list(conditions[0]["settings"])
+    pairs = [pair for pair in HEADLINES if pair in conditions[0]["differences"]]
+    body = [
+        [
+            *(_setting(condition["settings"][key]) for key in settings),
+            str(next(iter(condition["rows"].values()))["n_frames"]),
+            *(measured(of(condition["rows"][row]), _MEASURE) for row in rows),
+            *(_gap(condition, pair, of) for pair in pairs),
+        ]
+        for condition in conditions
+    ]
+    names = [METHODS[row].name for row in rows] + [pair_name(pair) for pair in pairs]
+    return Table(name, caption, [*(_SETTINGS.get(key, key) for key in settings), "test frames", *names], body)
 
 
 def _gap(condition: Condition, pair: str, of: Callable[[Mapping], Mapping]) -> str:
@@ -91,11 +107,11 @@ def _setting(value: str | float | bool | None) -> str:
     return "clean" if value is None else f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def _charts(conditions: Sequence[Condition], settings: Sequence[str], rows: Sequence[str]) -> str:
-    """Curves over the one setting, if it is a number."""
+def _charts(conditions: Sequence[Condition], settings: Sequence[str], rows: Sequence[str]) -> list[Chart]:
+    """Curves over the one setting, if it is a number; else none."""
     values = [condition["settings"][settings[0]] for condition in conditions]
     if len(settings) > 1 or len(set(values)) < 2 or any(type(value) is not int for value in values):
-        return ""
+        return []
     margin = (max(values) / min(values)) ** 0.06
     low, high = min(values) / margin, max(values) * margin
     x = Axis(_SETTINGS.get(settings[0], settings[0]), low, high, tuple(values), is_log=True)
@@ -107,8 +123,8 @@ def _charts(conditions: Sequence[Condition], settings: Sequence[str], rows: Sequ
         ]
         ends = [end for item in series for point in item.points for end in (point.low, point.high, point.y)]
         y = round_axis("mean average precision [%]", ends, (0.0, 10.0))
-        charts.append((words, line_chart(f"{words}, by {x.label}", series, x, y)))
-    return figures(charts, legend(METHODS[row] for row in rows))
+        charts.append(Chart(words, line_chart(f"{words}, by {x.label}", series, x, y)))
+    return charts
 
 
 def _point(condition: Condition, setting: str, row: str, group: str) -> Point:

@@ -1,7 +1,7 @@
 """The section of recorded frames: what the forests find in real depth."""
 
-import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 from forests.estimate import JointEstimate
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.predicting.recording import N_ASKED, Recording, Shown, known_joints
-from pipelines.report.markup import Section, items, paragraph, table
-from pipelines.report.methods import METHODS
-from pipelines.report.pictures import View, depth_picture, image_tag, skeleton_picture
-from pipelines.report.text import escape, number
+from pipelines.report.methods import METHODS, shown_methods
+from pipelines.report.page import Section, Table, Tile
+from pipelines.report.pictures import depth_image, recorded_window, skeleton_image
+from pipelines.report.text import number
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES
-
-_TITLE = "Recorded frames"
-_NAME = "recorded"
-SHOWN_METHODS = (("semantic", "occluders", "baseline"), ("rwf", "rwf_body"))
-"""Of each kind of forest, the first that is there is shown."""
 
 
 def recorded_section(recordings: Sequence[Recording]) -> Section:
@@ -28,42 +23,31 @@ def recorded_section(recordings: Sequence[Recording]) -> Section:
     Args:
         recordings: At least one.
     """
-    words = (
-        "Real depth images, read by their folder's layout. The forests are those of the first training, as above, "
-        "and learned from generated frames alone. Random walks start on the upper part of what the layout cuts "
-        "out. Chosen by rule: frames evenly spread from a folder's first to its last. Orange = the person's "
-        "right, blue = left; small = unsure, hollow = taken for hidden."
-    )
-    return Section(_NAME, _TITLE, paragraph(words) + "".join(map(_recording, itertools.count(), recordings)))
+    folders = [_folder(place, recording) for place, recording in enumerate(recordings)]
+    return Section("recorded", "Recorded frames", {"folders": folders})
 
 
-def shown_methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Which of some methods are drawn."""
-    first = (next((name for name in kind if name in names), "") for kind in SHOWN_METHODS)
-    return tuple(filter(None, first))
+def _folder(place: int, recording: Recording) -> dict[str, Any]:
+    methods = shown_methods(recording.joints)
+    return {
+        "name": recording.name,
+        "layout": recording.layout,
+        "n_asked": recording.n_asked,
+        "n_frames": recording.n_frames,
+        "is_spread": recording.n_frames > N_ASKED,
+        "skipped": recording.skipped,
+        "scores": _scores(place, recording) if recording.scores else None,
+        "examples": [(item.key, _tiles(recording, methods, item)) for item in recording.shown],
+    }
 
 
-def _recording(number: int, recording: Recording) -> str:
-    asked = f"{recording.n_asked:,} of its {recording.n_frames:,} frames"
-    spread = ", evenly spread" if recording.n_frames > N_ASKED else ""
-    words = f"Read as {recording.layout}; the forests were asked about {asked}{spread}."
-    parts = [f"<h3>{escape(recording.name)}</h3>", paragraph(words)]
-    if recording.skipped:
-        parts += [paragraph("Left out, because they cannot be read:"), items(recording.skipped)]
-    if recording.scores:
-        parts.append(_scores(number, recording))
-    methods = shown_methods(tuple(recording.joints))
-    parts += [_example(recording, methods, item) for item in recording.shown]
-    return "".join(parts)
-
-
-def _scores(place: int, recording: Recording) -> str:
+def _scores(place: int, recording: Recording) -> Table:
     rows = [
         (METHODS[name].name, f"{s.n_joints:,}", number(s.within, 100.0), number(s.mean_m, 100.0))
         for name, s in recording.scores.items()
     ]
     within = f"within {100 * WITHIN_M:.0f} cm [%]"
-    return table(
+    return Table(
         f"recorded-{place}",
         f"{recording.name}: joints that the recording knows",
         ("method", "joints", within, "mean error [cm]"),
@@ -71,21 +55,19 @@ def _scores(place: int, recording: Recording) -> str:
     )
 
 
-def _example(recording: Recording, methods: Sequence[str], item: Shown) -> str:
-    view = View.of_foreground(item.frame)
+def _tiles(recording: Recording, methods: Sequence[str], item: Shown) -> list[Tile]:
+    frame, window = item.frame, recorded_window(item.frame)
     tiles = []
-    truth = known_joints(item.frame, JOINT_NAMES)
+    truth = known_joints(frame, JOINT_NAMES)
     if np.isfinite(truth).any():
-        tiles.append(_tile("depth", image_tag(depth_picture(view), "depth", is_flat=False)))
-        picture = skeleton_picture(view, JOINT_NAMES, _certain(truth, item.frame))
         words = "joints of the recording"
-        tiles.append(_tile(words, image_tag(picture, words, is_flat=False)))
+        tiles.append(Tile("depth", [depth_image(frame, window)]))
+        tiles.append(Tile(words, [skeleton_image(frame, window, JOINT_NAMES, _certain(truth, frame), words)]))
     for name in methods:
         short = METHODS[name].short
-        picture = skeleton_picture(view, recording.joints[name], item.answers[name])
-        tiles.append(_tile(short, image_tag(picture, f"joints, {short}", is_flat=False)))
-    inside = f'<p class="caption">{escape(item.key)}</p><div class="tiles">{"".join(tiles)}</div>'
-    return f'<div class="example few">{inside}</div>\n'
+        picture = skeleton_image(frame, window, recording.joints[name], item.answers[name], f"joints, {short}")
+        tiles.append(Tile(short, [picture]))
+    return tiles
 
 
 def _certain(joints: NDArray[np.float32], frame: Frame) -> JointEstimate:
@@ -93,7 +75,3 @@ def _certain(joints: NDArray[np.float32], frame: Frame) -> JointEstimate:
     n = len(joints)
     one, none = np.ones(n, np.float32), np.zeros(n, np.float32)
     return JointEstimate(joints[:, None], one[:, None], one, none, none, frame.camera)
-
-
-def _tile(caption: str, image: str) -> str:
-    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"

@@ -8,22 +8,29 @@ import numpy as np
 
 from pipelines.cli import main
 from pipelines.drawing import palette
-from pipelines.drawing.frames import contact_sheet, joints_picture, pictures
+from pipelines.drawing.frames import TILE_WIDTH, contact_sheet, joints_picture, pictures
+from pipelines.drawing.windows import person_window
 from pipelines.inspect.statistics import camera_azimuth, histogram, statistics_of
 from synth.geometry import look_at, rotation_about
-from synth.vocabulary import JOINT_NAMES
+from synth.vocabulary import JOINT_NAMES, JointState
 
 
 def test_colours_tell_parts_and_classes_apart():
-    for table in (palette.PART_COLOURS, palette.CLASS_COLOURS, np.array(palette.STATE_COLOURS)):
+    for table in (palette.PART_COLOURS, palette.CLASS_COLOURS):
         assert len({tuple(colour) for colour in table.tolist()}) == len(table)
+    marks = [*palette.STATE_MARKS.values(), palette.RIGHT, palette.WRONG]
+    assert len(set(marks)) == len(marks)
+    assert set(palette.STATE_MARKS) == set(JointState)
+
+
+def test_colours_are_written_as_css_has_them():
+    assert palette.css_colour((1, 16, 255)) == "#ff1001"
 
 
 def test_a_strip_has_five_pictures_and_the_sheet_all_frames(toy_corpus):
     frames = [toy_corpus[i] for i in (0, 1, 2)]
-    shapes = {picture.shape for picture in pictures(frames[0])}
-    assert len(pictures(frames[0])) == 5
-    assert shapes == {(48, 64, 3)}
+    drawn = pictures(frames[0], person_window(frames[0], 0.0, TILE_WIDTH))
+    assert [picture.shape for picture in drawn] == [(TILE_WIDTH * 3 // 4, TILE_WIDTH, 3)] * 5
     one, three = contact_sheet(frames[:1]), contact_sheet(frames)
     assert three.shape[1] == one.shape[1]
     assert three.shape[0] > one.shape[0]
@@ -31,7 +38,7 @@ def test_a_strip_has_five_pictures_and_the_sheet_all_frames(toy_corpus):
 
 def test_parts_are_drawn_in_their_colours(toy_corpus):
     frame = toy_corpus[1]
-    _, parts, alone, occluders, _ = pictures(frame)
+    _, parts, alone, occluders, _ = pictures(frame, person_window(frame, 0.0, 64))
     np.testing.assert_array_equal(parts, palette.PART_COLOURS[frame.part])
     np.testing.assert_array_equal(alone, palette.PART_COLOURS[frame.body_part])
     inside = (frame.occluder == 1) & (frame.body_part == 0)
@@ -45,7 +52,7 @@ def test_a_joint_behind_the_camera_does_not_break_the_picture(toy_corpus):
     joints[0, 2] = -1.0
     joints[1] = (1e6, 0.0, 0.1)
     object.__setattr__(frame, "joints", joints)
-    assert joints_picture(frame).shape == (48, 64, 3)
+    assert joints_picture(frame, person_window(frame, 0.0, 64)).shape == (48, 64, 3)
 
 
 def test_azimuth_is_the_bearing_of_the_camera_from_the_person():

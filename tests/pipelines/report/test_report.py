@@ -9,14 +9,15 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from jinja2 import UndefinedError
 from toy_results import results_of
 
 from pipelines.ablate.config import AblationConfig
 from pipelines.ablate.document import PAPER_MAP_10CM
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.cli import main
-from pipelines.commands.report import report_page
 from pipelines.corpus.header import software_versions
+from pipelines.drawing.html import Image
 from pipelines.metrics import (
     MEASURES,
     by_hiding_class,
@@ -35,11 +36,12 @@ from pipelines.models.asking import Contestant
 from pipelines.models.opening import file_digest
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
 from pipelines.report.examples import PLACES, Place, at_quantiles
-from pipelines.report.markup import table
-from pipelines.report.methods import METHODS
+from pipelines.report.methods import METHODS, kinds_of, shown_methods
+from pipelines.report.page import Section, Table, Tile, rendered
 from pipelines.report.pictures import TILE_WIDTH
 from pipelines.report.source import read_source
 from pipelines.report.text import MINUS, NOTHING, SPACE, UNITS, number, p_value, with_interval
+from pipelines.report.write import report_page
 from synth.vocabulary import JointState
 
 N_RESAMPLES = 40
@@ -220,8 +222,26 @@ def test_the_same_folder_gives_the_same_bytes(folder, toy_corpus, page, tmp_path
 
 
 def test_words_are_escaped():
-    cells = Page(table("t", "<b>", ["", "a & b"], [["<i>", "&amp;"]])).tables["t"]
-    assert cells == [["", "a & b"], ["<i>", "&amp;"]]
+    table = Table("t", '"<b>', ["", "a & b"], [["<i>", "&amp;"]])
+    page = Page(rendered("pixels", labels=table))
+    assert page.tables["t"] == [["", "a & b"], ["<i>", "&amp;"]]
+    assert not page.tags & {"b", "i"}
+
+
+def test_words_beside_pictures_are_escaped():
+    word = '"><script>&'
+    tiles = [Tile(word, [Image(word, 1, 1, "data:image/png;base64,")])]
+    folder = {"name": word, "layout": word, "n_asked": 1, "n_frames": 1, "is_spread": False, "skipped": (word,),
+              "scores": None, "examples": [(word, tiles)]}  # fmt: skip
+    text = Section("recorded", "t", {"folders": [folder]}).body
+    assert "<script" not in text
+    assert text.count("script&gt;&amp;") == 6
+    assert "img" in Page(text).tags
+
+
+def test_a_template_refuses_what_it_is_not_given():
+    with pytest.raises(UndefinedError, match="least_frames"):
+        rendered("joints", charts=[], methods=[])
 
 
 # Numbers
@@ -400,6 +420,22 @@ def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, t
     assert page.count('alt="labels, with semantics"') == page.count('alt="depth"') > 0
     assert 'alt="labels, without semantics"' not in page
     assert "labels of pixels of Baseline, OARF without semantics; their models are not there" in page
+
+
+# Kinds of models
+
+
+def test_every_method_has_a_kind_that_is_described():
+    settings = asdict(AblationConfig())["models"]
+    told = {kind: KINDS[kind].describe(settings[kind]) for kind in kinds_of(METHODS)}
+    assert [figure.paper for figure in told["oarf"].figures][:2] == ["3", "20"]
+    assert "perfect detector" in told["rwf"].differences[0]
+
+
+def test_of_each_kind_the_method_that_knows_most_is_drawn():
+    assert shown_methods(METHODS) == ("semantic", "rwf")
+    assert shown_methods(("rwf_body", "baseline")) == ("baseline", "rwf_body")
+    assert shown_methods(("occluders",)) == ("occluders",)
 
 
 # What is missing

@@ -1,0 +1,43 @@
+"""undergrowth inspect: contact sheets and a page of statistics."""
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from pipelines.corpus import Corpus
+from pipelines.inspect.write import write_inspection
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class InspectSettings:
+    """Draws contact sheets of a corpus and writes a page of its statistics.
+
+    Attributes:
+        corpus: Its folder.
+        frames: How many frames are drawn, evenly spread.
+        out: Folder of the pictures; by default the corpus' name with "-inspect", beside it.
+        sensor: Draw the depth as this sensor would see it.
+        zoom: Cut every picture to the person's box times this; 0 shows whole images.
+        allow_incomplete: Take the finished frames of an unfinished corpus.
+    """
+
+    corpus: Annotated[Path, tyro.conf.Positional]
+    frames: int = 24
+    out: Path | None = None
+    sensor: str | None = None
+    zoom: float = 1.45
+    allow_incomplete: bool = False
+
+    def run(self) -> int:
+        """Writes the pictures and tells where."""
+        corpus = Corpus.open(self.corpus, self.allow_incomplete)
+        resolved = self.corpus.resolve()
+        out = self.out or resolved.with_name(resolved.name + "-inspect")
+        for path in write_inspection(corpus, out, self.frames, self.sensor, self.zoom):
+            log.info("%s", path)
+        return 0

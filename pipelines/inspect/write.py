@@ -1,0 +1,65 @@
+"""Writes an inspection: contact sheets, index.html and statistics.json."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from pipelines.corpus import Corpus
+from pipelines.corpus.header import write_atomically
+from pipelines.drawing.files import write_picture
+from pipelines.drawing.frames import contact_sheet
+from pipelines.errors import UserError
+from pipelines.inspect.page import statistics_page
+from pipelines.inspect.statistics import statistics_of
+
+FRAMES_PER_SHEET = 12
+
+
+def write_inspection(
+    corpus: Corpus, out: Path, n_frames: int = 24, sensor: str | None = None, zoom: float = 1.45
+) -> list[Path]:
+    """Writes contact sheets, index.html and statistics.json.
+
+    Args:
+        corpus: An open corpus.
+        out: Folder; made if it is not there.
+        n_frames: Frames to draw, at most those there are.
+        sensor: Sensor model for the depth, or None for clean depth.
+        zoom: Size of the pictures over the person's box; 0 for whole images.
+
+    Returns:
+        What was written, the first contact sheet first.
+
+    Raises:
+        UserError: No frames to draw, or no such sensor for this corpus.
+        OSError: A file cannot be written.
+    """
+    if n_frames < 1:
+        raise UserError(f"frames={n_frames} must be at least 1")
+    if len(corpus) == 0:
+        raise UserError(f"{corpus.path} has no finished frame yet")
+    corpus.check_sensor(sensor)
+    out.mkdir(parents=True, exist_ok=True)
+    sheets = _write_sheets(corpus, out, n_frames, sensor, zoom)
+    statistics = statistics_of(corpus)
+    page, numbers = out / "index.html", out / "statistics.json"
+    write_atomically(page, statistics_page(corpus, statistics, [path.name for path in sheets]))
+    write_atomically(numbers, json.dumps(asdict(statistics), indent=1) + "\n")
+    return [*sheets, page, numbers]
+
+
+def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, zoom: float) -> list[Path]:
+    places = np.linspace(0, len(corpus) - 1, min(n_frames, len(corpus))).round().astype(int)
+    numbers = corpus.indices[places]
+    written = []
+    with tqdm(total=len(numbers), unit="frame", delay=2.0) as bar:
+        for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
+            shown = numbers[first : first + FRAMES_PER_SHEET]
+            path = out / f"sheet_{k:02d}.png"
+            write_picture(path, contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom))
+            bar.update(len(shown))
+            written.append(path)
+    return written
