@@ -11,7 +11,6 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from tqdm import tqdm
 
 from forests.modelfile import ModelFileError, read_model
 from forests.oarf.predict import Predictor
@@ -29,6 +28,7 @@ from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results, write_results
 from pipelines.models.asking import Contestant, contestant_of, predict_frames
+from pipelines.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -145,7 +145,7 @@ def _ask(
     settings: EvaluateSettings, contestant: Contestant, corpus: Corpus, indices: np.ndarray
 ) -> tuple[Results, Confusion | None]:
     frames = CorpusFrames(corpus, indices, settings.sensor)
-    with tqdm(total=len(frames), unit="frame", delay=2.0, dynamic_ncols=True) as bar:
+    with Progress(len(frames), "frame", "evaluate") as bar:
         return predict_frames(contestant, frames, read_truths(corpus, indices), settings.threads, bar.update)
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
-from tqdm import tqdm
 
 from pipelines.corpus import Header, Order, write_corpus
 from pipelines.errors import UserError
 from pipelines.generation.composed import ComposedFrames, make_composed, open_recorded
 from pipelines.generation.floor import find_floor
+from pipelines.progress import Progress
 from pipelines.settings import from_table, read_toml
 from synth.bodies.poses.library import read_library
 from synth.bodies.skeleton import DOFS
@@ -214,10 +214,5 @@ def generate(out: Path, order: Order, workers: int = 1) -> Header:
         order: What to make.
         workers: Processes.
     """
-    with tqdm(total=order.n_frames, unit="frame", delay=2.0, dynamic_ncols=True) as bar:
-
-        def show(n_done: int, n_earlier: int) -> None:
-            bar.initial = n_earlier
-            bar.update(n_done - bar.n)
-
-        return write_corpus(out, order, workers, show)
+    with Progress(order.n_frames, "frame", "generate") as bar:
+        return write_corpus(out, order, workers, bar.set_done)

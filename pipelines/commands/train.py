@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import tyro
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from forests.frames import LabelTable
 from forests.modelfile import ModelFileError, read_model
@@ -26,6 +25,7 @@ from pipelines.metrics import errors, read_truths
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.checkpoints import TreeFolder, open_trees
+from pipelines.progress import Progress
 from pipelines.settings import from_table, read_toml
 from synth.vocabulary import JointState
 
@@ -145,8 +145,7 @@ class TrainSettings:
         return JoinedFrames(tuple(chosen))
 
     def _train(self, kind: ForestKind, frames: JoinedFrames, validation: JoinedFrames, store: TreeFolder) -> Any:
-        layout = "{percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
-        with tqdm(total=1.0, bar_format=layout, delay=2.0, smoothing=0, dynamic_ncols=True) as bar:
+        with Progress(name="train") as bar:
             try:
                 return kind.train(
                     frames,
@@ -154,7 +153,7 @@ class TrainSettings:
                     validation=validation,
                     n_threads=self.threads,
                     checkpoint=store,
-                    on_progress=lambda share: bar.update(share - bar.n),
+                    on_progress=bar.set_done,
                 )
             except KeyboardInterrupt:
                 log.info("%d finished trees are kept; the same command goes on after them", store.n_trees)

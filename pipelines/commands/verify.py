@@ -9,7 +9,6 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus, shards
 from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
@@ -18,6 +17,7 @@ from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.write import ZARR_NAME, shard_files
 from pipelines.errors import CorpusError
+from pipelines.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ class VerifySettings:
         """Prints the faults."""
         corpus = Corpus.open(self.corpus, self.allow_incomplete)
         n_faults = 0
-        with tqdm(total=len(corpus), unit="frame", delay=2.0) as bar:
+        with Progress(len(corpus), "frame", "verify") as bar:
             for fault in faults(corpus, with_laws=not self.digests_only, on_frames=bar.update):
                 n_faults += 1
                 if n_faults <= MAX_SHOWN:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus
 from pipelines.corpus.fields import SPLITS
@@ -19,6 +18,7 @@ from pipelines.export.exr import export_exr
 from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
 from pipelines.export.tar_shards import export_webdataset
+from pipelines.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -74,8 +74,8 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
         Frames written.
 
     Raises:
-        UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty, a package
-            is missing, or the disk is full.
+        UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty, or
+            the disk is full.
     """
     if to not in EXPORTERS:
         raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
@@ -87,7 +87,7 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
     shutil.rmtree(beside, ignore_errors=True)
     try:
         beside.mkdir(parents=True)
-        with tqdm(total=sum(map(len, parts.values())), unit="frame", delay=2.0) as bar:
+        with Progress(sum(map(len, parts.values())), "frame", "export") as bar:
             for split, indices in parts.items():
                 if len(indices):
                     EXPORTERS[to](ExportJob(corpus, split, indices, beside, sensor, bar.update))

@@ -44,10 +44,3 @@ def png_bytes(image: NDArray) -> bytes:
     if not is_written:
         raise UserError(f"a {image.dtype} image of shape {image.shape} cannot be written as PNG")
     return data.tobytes()
-
-
-def missing_extra(package: str) -> UserError:
-    """What to tell when an optional package is not there."""
-    return UserError(
-        f"this export needs the package {package}; install it with: pip install 'undergrowth[export]'"
-    )

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
-from tqdm import tqdm
 
 from pipelines.errors import UserError
 from pipelines.importing.meshfiles import USUAL_UP, prescribed_unit, read_mesh, usual_frame
 from pipelines.importing.mocap import split_of
+from pipelines.progress import progress
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError
 from synth.occluders.imported.sizes import SIZES
@@ -94,7 +94,7 @@ def import_meshes(settings: MeshSettings) -> MeshLibrary:
         raise UserError(f"{settings.index} lists {unlisted[0]}, which is not in {settings.folder}")
     models: dict[str, MeshModel] = {}
     refused = []
-    for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
+    for path in progress(files, "file", "import meshes"):
         try:
             model = _import(path, index.get(path.name, {}), settings)
             if model.name in models:

@@ -12,9 +12,9 @@ from typing import Annotated
 import numpy as np
 import tyro
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from pipelines.errors import UserError
+from pipelines.progress import progress
 from pipelines.settings import read_toml
 from synth.bodies.mocap.bvh import Bvh, MocapError, parse_bvh
 from synth.bodies.mocap.ground import Support, find_support
@@ -140,7 +140,7 @@ def import_mocap(settings: MocapSettings) -> PoseLibrary:
         raise UserError(f"{settings.folder} has no .bvh files")
     recordings: list[Recording] = []
     refused: list[str] = []
-    for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
+    for path in progress(files, "file", "import mocap"):
         try:
             recordings.append(_read(path, recordings, custom, given, settings))
         except (MocapError, OSError, UnicodeDecodeError) as error:
@@ -293,7 +293,7 @@ def _fits(library: PoseLibrary, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     body = make_body(AVERAGE)
     seat = seat_height_of(body)
     out = np.empty(len(rows), dtype=np.bool_)
-    for k, row in enumerate(tqdm(rows, unit="pose", delay=2.0, dynamic_ncols=True)):
+    for k, row in enumerate(progress(rows, "pose", "import mocap")):
         height = seat if library.is_sitting[row] else None
         out[k] = place_pose(library, int(row), body, np.random.default_rng(0), height) is not None
     return out

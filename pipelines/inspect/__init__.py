@@ -9,13 +9,13 @@ from typing import Annotated
 import cv2
 import numpy as np
 import tyro
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus
 from pipelines.drawing.frames import contact_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
+from pipelines.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -79,7 +79,7 @@ def inspect(
     places = np.linspace(0, len(corpus) - 1, min(n_frames, len(corpus))).round().astype(int)
     numbers = corpus.indices[places]
     written = []
-    with tqdm(total=len(numbers), unit="frame", delay=2.0) as bar:
+    with Progress(len(numbers), "frame", "inspect") as bar:
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
             path = out / f"sheet_{k:02d}.png"
