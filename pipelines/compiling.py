@@ -1,6 +1,7 @@
 """Tells the user when numba compiles kernels, which takes long once per installation."""
 
 import contextlib
+import functools
 import importlib.abc
 import importlib.machinery
 import importlib.util
@@ -25,6 +26,7 @@ def compiling_announced() -> Iterator[None]:
     numba is watched as soon as something imports it; it is not imported for that. Kernels that it reads from its
     cache are not compiled.
     """
+    announce.cache_clear()
     watch = CompileWatch(announce)
     with _after_import("numba", watch.start):
         try:
@@ -35,8 +37,9 @@ def compiling_announced() -> Iterator[None]:
                 log.info("compiling kernels took %.0f s; the next run does without", watch.seconds)
 
 
+@functools.cache
 def announce() -> None:
-    """Logs that kernels are being compiled."""
+    """Logs that kernels are being compiled, here or in a worker process: once in a command."""
     log.info("compiling kernels, once per installation ...")
 
 

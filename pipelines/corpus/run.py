@@ -109,7 +109,6 @@ def _in_processes(
     context = multiprocessing.get_context("spawn")
     stop_seen, stop = context.Pipe(duplex=False)
     is_compiling = context.Event()
-    is_announced = False
     start = (root, header, order, stop_seen, is_compiling)
     executors = [ProcessPoolExecutor(1, context, _start_worker, start) for _ in range(workers)]
     runs = [deque(run.tolist()) for run in np.array_split(np.array(missing, dtype=np.int64), workers)]
@@ -120,9 +119,8 @@ def _in_processes(
             if not running:
                 break
             done, _ = concurrent.futures.wait(running, 1.0, concurrent.futures.FIRST_COMPLETED)
-            if is_compiling.is_set() and not is_announced:
+            if is_compiling.is_set():
                 announce()
-                is_announced = True
             for future in done:
                 del running[future]
                 line = future.result()

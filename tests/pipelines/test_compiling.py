@@ -101,3 +101,11 @@ def test_numba_is_watched_when_it_is_imported_later():
 
 def test_numba_is_not_imported_for_this():
     assert run("pass; import numpy; assert 'numba' not in sys.modules") == ""
+
+
+def test_what_workers_compile_is_announced_once(monkeypatch, lines):
+    monkeypatch.setattr(compiling, "PATIENCE_S", 0.0)
+    with compiling_announced():
+        fresh_kernel()(np.ones(3))
+        compiling.announce()
+    assert len([line for line in lines() if "once per installation" in line]) == 1
