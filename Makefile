@@ -4,7 +4,7 @@ VENV ?= .venv
 UV ?= uv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-fast lint format types contracts check bench pictures lock clean
+.PHONY: demo test test-fast lint format types contracts check bench lock lowest clean
 
 # make demo REAL=path [LAYOUT=name|file.toml] [CAMERA=preset [FAR=metres]]: skeletons on a folder of recorded depth too.
 # The recipe's shell takes the words from its environment, so that a path may hold spaces.
@@ -61,5 +61,16 @@ lock:
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
 		--group build --group dev --all-extras -o requirements-dev.lock pyproject.toml
 
+# Needs uv. The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
+LOWEST := $(VENV)-lowest
+LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py tests/pipelines/export
+lowest:
+	$(UV) venv -q --clear --python $(PYTHON) $(LOWEST)
+	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \
+		--group build --all-extras -o $(LOWEST)/requirements.txt pyproject.toml
+	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset
+	$(UV) pip install -q --python $(LOWEST) --no-deps --no-build-isolation -e .
+	NUMBA_CACHE_DIR=$(LOWEST)/numba $(LOWEST)/bin/python -m pytest $(LOWEST_TESTS)
+
 clean:
-	rm -rf $(VENV) out .numba_cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(LOWEST) out .numba_cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

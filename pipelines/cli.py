@@ -93,10 +93,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(name: str, words: list[str]) -> int:
     """Runs a known command; what the user can mend becomes one line."""
+    from pipelines.compiling import compiling_announced
     from pipelines.errors import UserError
 
     try:
-        return _settings(name, words).run()
+        with compiling_announced():
+            return _settings(name, words).run()
     except KeyboardInterrupt:
         print("undergrowth: interrupted", file=sys.stderr)
         return 130

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -111,6 +111,12 @@ class AblationConfig:
         ):
             for count in getattr(self, name) if question in self.questions else ():
                 _check_range(name, count, 1, most)
+
+    def plain(self) -> dict[str, Any]:
+        """The settings by name as a file has them: those of each kind of model in a table of its own."""
+        settings = asdict(self)
+        models: dict[str, Any] = settings.pop("models")
+        return settings | models
 
     @property
     def regression_forest(self) -> Any:

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
 
 import numpy as np
 
@@ -57,9 +56,7 @@ def _settings(config: AblationConfig, plan: Plan) -> dict:
     """The configuration with digests of libraries in the place of their paths."""
     digests = [job.imported.digests for job in plan.corpora]
     of = {name: next((item[name] for item in digests if item[name]), None) for name in ("poses", "objects")}
-    settings = asdict(config)
-    models: dict = settings.pop("models")
-    return settings | models | {"test_poses": of["poses"], "test_objects": of["objects"]}
+    return config.plain() | {"test_poses": of["poses"], "test_objects": of["objects"]}
 
 
 def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:

@@ -3,9 +3,8 @@
 import contextlib
 from collections.abc import Callable, Iterator
 
-from tqdm import tqdm
-
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
+from pipelines.progress import Progress
 
 Job = CorpusJob | TrainingJob | ScoringJob
 SetShare = Callable[[float], object]
@@ -26,31 +25,31 @@ def cost(job: Job) -> float:
     return job.kind.training_s(job.config, job.train.n, job.val.n)
 
 
-class Progress:
-    """The bar.
+class WorkProgress:
+    """How far all the work is.
 
     Args:
         total: Seconds of all work that is not yet done.
     """
 
     def __init__(self, total: float) -> None:
-        layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
-        self._bar = tqdm(total=total, bar_format=layout, delay=2.0, smoothing=0.0, dynamic_ncols=True)
+        self._total = total
+        self._progress = Progress()
 
-    def __enter__(self) -> "Progress":
+    def __enter__(self) -> "WorkProgress":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.close()
+        self._progress.__exit__()
 
     @contextlib.contextmanager
     def step(self, name: str, seconds: float) -> Iterator[SetShare]:
         """One piece of work."""
-        begun = self._bar.n
-        self._bar.set_description_str(name)
+        begun = self._progress.done
+        self._progress.rename(name)
 
         def set_share(share: float) -> None:
-            self._bar.update(max(0.0, begun + seconds * min(share, 1.0) - self._bar.n))
+            self._progress.set_done(begun + seconds / self._total * min(share, 1.0))
 
         yield set_share
         set_share(1.0)

@@ -7,7 +7,7 @@ from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
 from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
-from pipelines.ablate.progress import Job, Progress, SetShare, cost
+from pipelines.ablate.progress import Job, SetShare, WorkProgress, cost
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
@@ -32,7 +32,7 @@ def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
     trainings = [job for job in plan.trainings if not folder.model(job).exists()]
     corpora = [job for job in plan.corpora if not _is_finished(folder, job)]
     left: list[Job] = [*corpora, *trainings, *scorings]
-    with Progress(sum(map(cost, left))) as progress:
+    with WorkProgress(sum(map(cost, left))) as progress:
         for corpus in corpora:
             with progress.step("frames", cost(corpus)) as set_share:
                 _make_corpus(corpus, folder, n_threads, set_share)

@@ -9,7 +9,6 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 import tyro
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from forests.records import to_json
 from pipelines.corpus.header import software_versions
@@ -22,6 +21,7 @@ from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.kinds import KINDS, ModelKind
 from pipelines.models.training import check_target, n_finished_trees, partial_folder, train_into
+from pipelines.progress import Progress
 from pipelines.settings import defaults_from
 from pipelines.spread import spread
 from synth.vocabulary import JointState
@@ -109,8 +109,7 @@ class TrainSettings:
             return facts | {"n_frames": {"train": len(frames), "val": len(validation)}, "scores": scores}
 
         partial = partial_folder(self.out)
-        layout = "{percentage:3.0f}%|{bar}| {elapsed}, {remaining} left"
-        with tqdm(total=1.0, bar_format=layout, delay=2.0, smoothing=0, dynamic_ncols=True) as bar:
+        with Progress(name=f"train {self.kind.name}") as bar:
             try:
                 train_into(
                     self.out,
@@ -123,7 +122,7 @@ class TrainSettings:
                     n_threads=self.threads,
                     drops_others=self.overwrite,
                     on_resume=lambda n: log.info("continuing after %d finished trees in %s", n, partial),
-                    on_share=lambda share: bar.update(share - bar.n),
+                    on_share=bar.set_done,
                 )
             except KeyboardInterrupt:
                 n_trees = n_finished_trees(self.out)

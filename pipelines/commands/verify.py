@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from pipelines.errors import CorpusError
+from pipelines.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ class VerifySettings:
         """Prints the faults."""
         corpus = Corpus.open(self.corpus, self.allow_incomplete)
         n_faults = 0
-        with tqdm(total=len(corpus), unit="frame", delay=2.0) as bar:
+        with Progress(len(corpus), "frame", "verify") as bar:
             for fault in faults(corpus, with_laws=not self.digests_only, on_frames=bar.update):
                 n_faults += 1
                 if n_faults <= MAX_SHOWN:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.corpus.layers import hidden_layer
 from synth.frame import Frame
 from synth.vocabulary import N_JOINTS, N_PARTS
 
@@ -78,6 +77,8 @@ def fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
 
 def stored_values(frame: Frame) -> dict[str, np.ndarray]:
     """A frame's entries by array name."""
+    from pipelines.corpus.layers import hidden_layer
+
     hidden_depth, hidden_part = hidden_layer(frame.depth, frame.part, frame.body_depth, frame.body_part)
     camera = frame.camera
     return {

@@ -12,7 +12,6 @@ from pipelines.corpus import shards
 from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
 from pipelines.corpus.frameinfo import parse_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
-from pipelines.corpus.layers import body_layer
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
 from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
@@ -142,6 +141,8 @@ class Corpus:
         """
         numbers = self.indices if indices is None else np.atleast_1d(np.asarray(indices, dtype=np.int64))
         if name in ("body_depth", "body_part"):
+            from pipelines.corpus.layers import body_layer
+
             layers = [self._stored(n, numbers) for n in ("depth", "part", "hidden_depth", "hidden_part")]
             return body_layer(*layers)[0 if name == "body_depth" else 1]
         values = self._stored(name, numbers)
@@ -153,6 +154,8 @@ class Corpus:
 
     def frame(self, index: int, sensor: str | None = None) -> Frame:
         """One frame, to the byte as it was made; with a sensor's noise on the composite depth if asked."""
+        from pipelines.corpus.layers import body_layer
+
         number = self._checked(index)
         values = {name: self._stored(name, np.array([number]))[0] for name in self.header.fields}
         hidden = values.pop("hidden_depth"), values.pop("hidden_part")

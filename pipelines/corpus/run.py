@@ -13,10 +13,12 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
 from pathlib import Path
 
 import numpy as np
 
+from pipelines.compiling import CompileWatch, announce
 from pipelines.corpus.folder import Order, finished_shards, locked_folder, prepare_folder
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine, append_line, rewrite_manifest
@@ -106,20 +108,19 @@ def _in_processes(
     """
     context = multiprocessing.get_context("spawn")
     stop_seen, stop = context.Pipe(duplex=False)
-    start = (root, header, order, stop_seen)
+    is_compiling = context.Event()
+    start = (root, header, order, stop_seen, is_compiling)
     executors = [ProcessPoolExecutor(1, context, _start_worker, start) for _ in range(workers)]
     runs = [deque(run.tolist()) for run in np.array_split(np.array(missing, dtype=np.int64), workers)]
     running: dict[Future[ShardLine], int] = {}
     try:
         while True:
-            with _interrupts_ignored():
-                for worker, executor in enumerate(executors):
-                    for _ in range(2 - list(running.values()).count(worker)):
-                        if (shard := _next_shard(runs, worker)) is not None:
-                            running[executor.submit(_work, shard)] = worker
+            _hand_out(executors, runs, running)
             if not running:
                 break
-            done, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+            done, _ = concurrent.futures.wait(running, 1.0, concurrent.futures.FIRST_COMPLETED)
+            if is_compiling.is_set():
+                announce()
             for future in done:
                 del running[future]
                 line = future.result()
@@ -133,6 +134,17 @@ def _in_processes(
         stop.send_bytes(b"stop")
         for executor in executors:
             executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _hand_out(
+    executors: list[ProcessPoolExecutor], runs: list[deque[int]], running: dict[Future[ShardLine], int]
+) -> None:
+    """Gives every worker shards until two are in flight, or none is left."""
+    with _interrupts_ignored():
+        for worker, executor in enumerate(executors):
+            for _ in range(2 - list(running.values()).count(worker)):
+                if (shard := _next_shard(runs, worker)) is not None:
+                    running[executor.submit(_work, shard)] = worker
 
 
 def _next_shard(runs: list[deque[int]], worker: int) -> int | None:
@@ -163,8 +175,9 @@ class _StoppedError(Exception):
 _worker: tuple[Path, Header, FrameSource, Connection] | None = None
 
 
-def _start_worker(root: Path, header: Header, order: Order, stop_seen: Connection) -> None:
+def _start_worker(root: Path, header: Header, order: Order, stop_seen: Connection, is_compiling: Event) -> None:
     global _worker  # noqa: PLW0603 - what a worker process keeps between its shards
+    CompileWatch(is_compiling.set).start()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _worker = (root, header, order.make_source(), stop_seen)
 

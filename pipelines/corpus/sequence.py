@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import DepthFrame, LabelTable
-from pipelines.corpus.layers import body_layer
 from pipelines.corpus.read import Corpus
 from synth.vocabulary import JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, PART_NAMES, JointState
 
@@ -39,6 +38,8 @@ class CorpusFrames:
         return len(self.indices)
 
     def __getitem__(self, place: int) -> DepthFrame:
+        from pipelines.corpus.layers import body_layer
+
         number = int(self.indices[place])
         depth, part, occluder, *hidden = (self.corpus.arrays(name, [number])[0] for name in _IMAGES)
         body_depth, body_part = body_layer(depth, part, *hidden)

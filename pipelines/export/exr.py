@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Header
-from pipelines.export.records import ExportJob, missing_extra
+from pipelines.export.records import ExportJob
 from synth.frame import Frame
 
 ID_CHANNELS = {"part.id": "parts", "body.part.id": "parts", "occluder.id": "occluders"}
@@ -16,10 +16,8 @@ ID_CHANNELS = {"part.id": "parts", "body.part.id": "parts", "occluder.id": "occl
 
 def export_exr(job: ExportJob) -> None:
     """Writes SPLIT/NUMBER.exr."""
-    try:
-        import OpenEXR
-    except ImportError:
-        raise missing_extra("OpenEXR") from None
+    import OpenEXR
+
     folder = job.folder / job.split
     folder.mkdir()
     for index in job.indices:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.export.records import ExportJob, missing_extra
+from pipelines.export.records import ExportJob
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
 
@@ -47,10 +47,8 @@ SEGMENT_OF_PART = np.array([BACKGROUND, *(_segment_of(part) for part in PART_NAM
 
 def export_itop(job: ExportJob) -> None:
     """Writes SPLIT_depth_map.h5 and SPLIT_labels.h5."""
-    try:
-        import h5py
-    except ImportError:
-        raise missing_extra("h5py") from None
+    import h5py
+
     header = job.corpus.header
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
 from pipelines.drawing.files import encoded
-from pipelines.errors import UserError
 from synth.frame import Frame
 
 
@@ -41,10 +40,3 @@ class ExportJob:
 def png_bytes(image: NDArray) -> bytes:
     """An 8 or 16 bit grey PNG."""
     return encoded(image)
-
-
-def missing_extra(package: str) -> UserError:
-    """What to tell when an optional package is not there."""
-    return UserError(
-        f"this export needs the package {package}; install it with: pip install 'undergrowth[export]'"
-    )

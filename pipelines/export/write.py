@@ -5,8 +5,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from tqdm import tqdm
-
 from pipelines.corpus import Corpus
 from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
@@ -15,6 +13,7 @@ from pipelines.export.exr import export_exr
 from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
 from pipelines.export.tar_shards import export_webdataset
+from pipelines.progress import Progress
 
 EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
     "exr": export_exr,
@@ -52,7 +51,7 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
     shutil.rmtree(beside, ignore_errors=True)
     try:
         beside.mkdir(parents=True)
-        with tqdm(total=sum(map(len, parts.values())), unit="frame", delay=2.0) as bar:
+        with Progress(sum(map(len, parts.values())), "frame", "export") as bar:
             for split, indices in parts.items():
                 if len(indices):
                     EXPORTERS[to](ExportJob(corpus, split, indices, beside, sensor, bar.update))

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from tqdm import tqdm
-
 from pipelines.corpus import Corpus, Header, Order, write_corpus
 from pipelines.generation.drawn import drawn_order
+from pipelines.progress import Progress
 from synth.scene import SceneConfig
 
 
@@ -17,13 +16,8 @@ def write_shown(out: Path, order: Order, workers: int = 1) -> Header:
         order: What to make.
         workers: Processes.
     """
-    with tqdm(total=order.n_frames, unit="frame", delay=2.0, dynamic_ncols=True) as bar:
-
-        def show(n_done: int, n_earlier: int) -> None:
-            bar.initial = n_earlier
-            bar.update(n_done - bar.n)
-
-        return write_corpus(out, order, workers, show)
+    with Progress(order.n_frames, "frame", "generate") as bar:
+        return write_corpus(out, order, workers, bar.set_done)
 
 
 def generate_corpus(

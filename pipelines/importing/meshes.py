@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tqdm import tqdm
-
 from pipelines.errors import UserError
 from pipelines.importing.meshfiles import USUAL_UP, prescribed_unit, read_mesh, usual_frame
 from pipelines.importing.splits import SplitRule
+from pipelines.progress import progress
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError
 from synth.occluders.imported.sizes import SIZES
@@ -70,7 +69,7 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
         raise UserError(f"the index lists {missing[0]}, which is not in {folder}")
     models: dict[str, MeshModel] = {}
     refused = []
-    for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
+    for path in progress(files, "file", "import meshes"):
         try:
             model = _import(path, options.index.get(path.name, {}), options)
             if model.name in models:

@@ -1,4 +1,4 @@
-"""Reads mesh files and URDFs with the libraries of undergrowth[import], which are loaded only here."""
+"""Reads mesh files and URDFs with trimesh and yourdfpy, which are loaded only here and only when needed."""
 
 import hashlib
 import re
@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.errors import UserError
 from synth.occluders.imported.shape import MeshError, Triangles
 from synth.occluders.imported.sizes import UNITS
 
@@ -32,12 +31,12 @@ def read_mesh(path: Path, seed: int) -> Triangles:
 
     Raises:
         MeshError: It cannot be read; the libraries' own errors are taken for that.
-        UserError: The library that reads it is missing.
     """
+    import trimesh
+
     is_urdf = path.suffix.lower() == ".urdf"
-    library = _imported("yourdfpy" if is_urdf else "trimesh")
     try:
-        scene = _urdf_scene(library, path, seed) if is_urdf else library.load_scene(path, process=False)
+        scene = _urdf_scene(path, seed) if is_urdf else trimesh.load_scene(path, process=False)
         mesh = scene.to_mesh()
     except Exception as error:  # the readers raise whatever their parsers do
         raise MeshError(
@@ -81,15 +80,10 @@ def prescribed_unit(path: Path) -> str | None:
     return "m" if path.suffix.lower() in (".glb", ".gltf", ".urdf") else None
 
 
-def _imported(name: str) -> Any:
-    try:
-        return __import__(name)
-    except ImportError as error:
-        raise UserError(f"import meshes needs {name}: pip install 'undergrowth[import]' ({error})") from None
-
-
-def _urdf_scene(yourdfpy: Any, path: Path, seed: int) -> Any:
+def _urdf_scene(path: Path, seed: int) -> Any:
     """The scene of a URDF with its joints somewhere within their limits."""
+    import yourdfpy
+
     urdf = yourdfpy.URDF.load(str(path), build_scene_graph=True, load_meshes=True)
     digest = hashlib.sha256(f"{seed}/{path.stem}".encode()).digest()
     rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))

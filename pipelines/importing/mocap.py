@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from pipelines.errors import UserError
 from pipelines.importing.splits import SplitRule
+from pipelines.progress import progress
 from pipelines.settings import read_toml
 from synth.bodies.mocap.bvh import Bvh, MocapError, parse_bvh
 from synth.bodies.mocap.ground import Support, find_support
@@ -100,7 +100,7 @@ def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
         raise UserError(f"{folder} has no .bvh files")
     recordings: list[Recording] = []
     refused: list[str] = []
-    for path in tqdm(files, unit="file", delay=2.0, dynamic_ncols=True):
+    for path in progress(files, "file", "import mocap"):
         try:
             recordings.append(_read(path, recordings, options))
         except (MocapError, OSError, UnicodeDecodeError) as error:
@@ -226,7 +226,7 @@ def _fits(library: PoseLibrary, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
     body = make_body(AVERAGE)
     seat = seat_height_of(body)
     out = np.empty(len(rows), dtype=np.bool_)
-    for k, row in enumerate(tqdm(rows, unit="pose", delay=2.0, dynamic_ncols=True)):
+    for k, row in enumerate(progress(rows, "pose", "import mocap")):
         height = seat if library.is_sitting[row] else None
         out[k] = place_pose(library, int(row), body, np.random.default_rng(0), height) is not None
     return out

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus
 from pipelines.corpus.header import write_atomically
@@ -14,6 +13,7 @@ from pipelines.drawing.frames import contact_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
+from pipelines.progress import Progress
 
 FRAMES_PER_SHEET = 12
 
@@ -55,7 +55,7 @@ def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, 
     places = np.linspace(0, len(corpus) - 1, min(n_frames, len(corpus))).round().astype(int)
     numbers = corpus.indices[places]
     written = []
-    with tqdm(total=len(numbers), unit="frame", delay=2.0) as bar:
+    with Progress(len(numbers), "frame", "inspect") as bar:
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
             path = out / f"sheet_{k:02d}.png"

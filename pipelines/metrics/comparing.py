@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from pipelines.metrics.measures import statistics_of
 from pipelines.metrics.resampling import (
@@ -140,6 +139,8 @@ def _padded(results: Results, n_proposals: int) -> Results:
 
 
 def _ranked(results: Results) -> Results:
+    from scipy.stats import rankdata
+
     ranks: NDArray[np.float32] = np.zeros_like(results.proposal_confidence)
     is_made = np.isfinite(results.proposals[..., 0])
     for joint in range(ranks.shape[1]):

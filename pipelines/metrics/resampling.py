@@ -6,7 +6,6 @@ from typing import Protocol
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 FrameWeights = NDArray[np.int16]
 """(n_resamples, n_frames): how often each frame counts in each resample."""
@@ -155,6 +154,8 @@ def interval(estimate: float, values: NDArray[np.float64], level: float = LEVEL)
     Returns:
         Lower and upper end; NaN if there is no value.
     """
+    from scipy.special import ndtr, ndtri
+
     known = np.sort(values[~np.isnan(values)])
     n = len(known)
     if not n or np.isnan(estimate):

@@ -4,7 +4,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from pipelines.corpus import Corpus
 from pipelines.corpus.fields import SPLITS
@@ -18,6 +17,7 @@ from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results, write_results
 from pipelines.models.asking import Contestant, predict_frames
+from pipelines.progress import Progress
 from pipelines.spread import spread
 
 SCHEMA = "undergrowth evaluation"
@@ -118,5 +118,5 @@ def _answers(
     contestant: Contestant, corpus: Corpus, indices: np.ndarray, sensor: str | None, n_threads: int
 ) -> tuple[Results, Confusion | None]:
     frames = CorpusFrames(corpus, indices, sensor)
-    with tqdm(total=len(frames), unit="frame", delay=2.0, dynamic_ncols=True) as bar:
+    with Progress(len(frames), "frame", "evaluate") as bar:
         return predict_frames(contestant, frames, read_truths(corpus, indices), n_threads, bar.update)

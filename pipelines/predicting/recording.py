@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from forests.estimate import JointEstimate
 from pipelines.drawing.tiles import spread_places
 from pipelines.errors import UserError
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import Contestant, ask
+from pipelines.progress import progress
 from pipelines.recordings.entries import SMALLEST_BLOB
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout
@@ -107,7 +107,7 @@ def ask_recording(folder: Folder, models: Mapping[str, Contestant]) -> Recording
     is_shown[spread_places(len(places), N_SHOWN)] = True
     errors: dict[str, list[NDArray[np.float64]]] = {name: [] for name in models}
     shown, skipped = [], []
-    bar = tqdm(places.tolist(), desc=folder.path.name, unit="frame", delay=2.0, dynamic_ncols=True)
+    bar = progress(places.tolist(), "frame", folder.path.name)
     for k, place in enumerate(bar):
         try:
             frame = frames.frame(place)

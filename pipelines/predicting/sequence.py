@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from forests.estimate import JointEstimate
 from pipelines.corpus.header import write_atomically
@@ -23,6 +22,7 @@ from pipelines.models.asking import Contestant, ask
 from pipelines.predicting.images import DepthImage, Request
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
+from pipelines.progress import progress
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +105,7 @@ class PredictionRun:
         tiles: list[Picture] = []
         lines = []
         n_skipped = 0
-        for place, request in enumerate(tqdm(requests, unit="image", delay=2.0, dynamic_ncols=True)):
+        for place, request in enumerate(progress(requests, "image", "predict")):
             try:
                 answer = self._answer(request)
             except (UserError, OSError) as error:

@@ -91,10 +91,8 @@ def read_joint_row(index: ItopIndex, row: int) -> NDArray[np.float64]:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    try:
-        import h5py
-    except ImportError:
-        raise UserError("HDF5 files need h5py: pip install 'undergrowth[export]'") from None
+    import h5py
+
     try:
         with h5py.File(path, "r") as file:
             yield file

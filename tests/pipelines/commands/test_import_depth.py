@@ -200,7 +200,6 @@ def test_packed_copies_repeat_what_was_written():
 
 
 def test_itop_reads_back_what_is_exported(folder):
-    pytest.importorskip("h5py")
     corpus = imported(folder, write_layout(folder))
     assert (
         main(["export", str(corpus.path), "--to", "itop", "--out", str(folder / "itop"), "--split", "test"]) == 0
@@ -312,7 +311,8 @@ def test_truncated_raw_and_hdf5_without_keys_are_named(tmp_path):
     layout = Layout("*", "raw", 64, 48, known_layouts()["itop"].camera)
     with pytest.raises(UserError, match=r"d.raw has 100 bytes; 64x48 pixels of 16 bits have 6144"):
         read_image(tmp_path / "d.raw", layout)
-    h5py = pytest.importorskip("h5py")
+    import h5py
+
     for name in ("a_depth_map.h5", "a_labels.h5"):
         with h5py.File(tmp_path / name, "w") as file:
             file["other"] = 1

@@ -191,7 +191,8 @@ def write_scenes(trimesh, folder: Path) -> None:
 
 
 def test_scene_graphs_and_kinds_of_files_give_one_table(tmp_path: Path) -> None:
-    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
+    import trimesh
+
     write_scenes(trimesh, tmp_path)
     library = MeshSettings(tmp_path, tmp_path / "lib", test=("*",)).library()
     frames = {model.name: model.frame for model in library.models}
@@ -217,8 +218,8 @@ def test_scene_graphs_and_kinds_of_files_give_one_table(tmp_path: Path) -> None:
 def test_what_a_dae_says_of_itself_counts_where_it_can_be_true(
     tmp_path: Path, asset: str, up: str, scale: float, frame: str
 ) -> None:
-    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
-    pytest.importorskip("collada", reason="DAE files need pycollada")
+    import trimesh
+
     mesh = trimesh.util.concatenate(table_parts(trimesh))
     R = TO_UPRIGHT[up].T @ TO_UPRIGHT["y"]
     made = trimesh.Trimesh(scale * mesh.vertices @ R.T, mesh.faces, process=False)
@@ -233,7 +234,8 @@ def test_what_a_dae_says_of_itself_counts_where_it_can_be_true(
 
 
 def test_a_table_forty_metres_long_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    trimesh = pytest.importorskip("trimesh", reason="needs undergrowth[import]")
+    import trimesh
+
     write_scenes(trimesh, tmp_path)
     long = trimesh.util.concatenate(table_parts(trimesh))
     long.apply_transform(np.diag([40.0 / 1.4, 1.0, 1.0, 1.0]))

@@ -120,7 +120,6 @@ def test_a_recognised_folder_needs_no_camera_and_neither_do_its_files(models, tm
 
 
 def test_every_format_gives_the_same_skeleton(models, tmp_path):
-    pytest.importorskip("h5py")
     import h5py
 
     depth = np.zeros((240, 320), np.uint16)

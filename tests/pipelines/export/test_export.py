@@ -1,7 +1,6 @@
 """Each export says the same as the corpus when read by the library that its users have."""
 
 import json
-import sys
 
 import cv2
 import h5py
@@ -177,14 +176,6 @@ def test_an_export_is_whole_or_absent(toy_corpus, tmp_path, monkeypatch):
     with pytest.raises(UserError, match="the disk is full"):
         export(toy_corpus, "coco", tmp_path / "out")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
-
-
-@pytest.mark.parametrize(("to", "package"), [("exr", "OpenEXR"), ("itop", "h5py")])
-def test_a_missing_package_is_named(toy_corpus, tmp_path, monkeypatch, capsys, to, package):
-    monkeypatch.setitem(sys.modules, package, None)
-    assert main(["export", str(toy_corpus.path), "--to", to, "--out", str(tmp_path / "out")]) == 1
-    assert f"needs the package {package}" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_the_annotations_are_plain_json(toy_corpus, tmp_path):

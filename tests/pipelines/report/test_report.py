@@ -4,7 +4,7 @@ import json
 import re
 import shutil
 import subprocess
-from dataclasses import asdict, replace
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -33,6 +33,7 @@ from pipelines.metrics.document import pixel_values
 from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.results import write_results
 from pipelines.models.asking import Contestant
+from pipelines.models.kinds import KINDS
 from pipelines.models.opening import file_digest
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis
 from pipelines.report.examples import PLACES, Place, at_quantiles
@@ -90,7 +91,7 @@ def write_folder(path, corpus, answers, questions=None, models=()):
         rows[row] |= {"pixels": pixels, "seconds_per_frame": 0.001, "trainings": trainings}
     document = {
         "schema": "undergrowth ablation", "schema_version": 1,
-        "settings": asdict(AblationConfig(n_resamples=N_RESAMPLES)),
+        "settings": AblationConfig(n_resamples=N_RESAMPLES).plain(),
         "software": software_versions(), "sources": {"synth": "abc"},
         "corpora": [{"folder": "corpus-0", "key": "k", "digest": corpus.digest, "is_context_kept": True,
                      "n_frames": {"train": 140, "val": 30, "test": 30}}],
@@ -426,7 +427,7 @@ def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, t
 
 
 def test_every_method_has_a_kind_that_is_described():
-    settings = asdict(AblationConfig())["models"]
+    settings = AblationConfig().plain()
     told = {kind: KINDS[kind].describe(settings[kind]) for kind in kinds_of(METHODS)}
     assert [figure.paper for figure in told["oarf"].figures][:2] == ["3", "20"]
     assert "perfect detector" in told["rwf"].differences[0]
