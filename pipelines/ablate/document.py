@@ -14,9 +14,9 @@ from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.run import open_corpus
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.commands.evaluate import file_digest
-from pipelines.corpus.header import write_atomically
 from pipelines.metrics import draw_frames
 from pipelines.metrics.results import Results, read_results
+from storage.atomic import write_atomically
 
 SCHEMA = "undergrowth ablation"
 SCHEMA_VERSION = 1

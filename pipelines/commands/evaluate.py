@@ -18,7 +18,6 @@ from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model as load_regression_forest
 from forests.rwf.forest import Walker
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.corpus.header import software_versions
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
@@ -29,6 +28,7 @@ from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results, write_results
 from pipelines.models.asking import Contestant, contestant_of, predict_frames
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

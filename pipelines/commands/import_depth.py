@@ -12,11 +12,11 @@ import tyro
 
 from pipelines.commands.generate import generate
 from pipelines.corpus import Order
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.recordings.entries import SMALLEST_BLOB, list_files
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout, choose_layout
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

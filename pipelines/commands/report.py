@@ -8,7 +8,6 @@ from typing import Annotated
 
 import tyro
 
-from pipelines.corpus.header import write_atomically
 from pipelines.errors import UserError
 from pipelines.predicting.images import recording_layout
 from pipelines.predicting.recording import Folder, Recording, ask_recording
@@ -27,6 +26,7 @@ from pipelines.report.sections.questions import questions_section
 from pipelines.report.sections.recorded import recorded_section
 from pipelines.report.sections.tables import detection_section, measures_section, pixels_section, precision_section
 from pipelines.report.source import Source, read_source
+from storage.atomic import write_atomically
 
 log = logging.getLogger(__name__)
 

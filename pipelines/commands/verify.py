@@ -12,12 +12,13 @@ import tyro
 from tqdm import tqdm
 
 from pipelines.corpus import Corpus, shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
+from pipelines.corpus.fields import SHARD_FRAMES
 from pipelines.corpus.frameinfo import split_ids
 from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.write import ZARR_NAME, shard_files
 from pipelines.errors import CorpusError
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

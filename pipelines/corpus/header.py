@@ -4,16 +4,15 @@ import functools
 import hashlib
 import importlib.metadata
 import json
-import os
 import platform
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS, Field, fields_of
+from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
 from pipelines.errors import CorpusError
-from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
+from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, SPLITS, JointState
 
 SCHEMA = "undergrowth corpus"
 SCHEMA_VERSION = 1
@@ -158,17 +157,3 @@ def read_header(root: Path) -> Header:
         raise CorpusError(f"{path} is damaged: its digest does not fit its contents")
     names = Header.__dataclass_fields__
     return Header(**{name: document[name] for name in names})
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Writes a text file beside and renames it, so that it is whole or absent."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipelines.corpus import shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
+from pipelines.corpus.fields import SHARD_FRAMES
 from pipelines.corpus.frameinfo import parse_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
 from pipelines.corpus.layers import body_layer
@@ -18,6 +18,7 @@ from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
 from synth.camera import Camera
 from synth.frame import Frame, FrameInfo
+from synth.vocabulary import SPLITS
 
 _SENSOR_STREAM = 0x5E450
 """Keeps the sensor's random stream apart from those that made the frame."""

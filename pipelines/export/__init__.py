@@ -12,13 +12,13 @@ import tyro
 from tqdm import tqdm
 
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.export.coco import export_coco
 from pipelines.export.exr import export_exr
 from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
 from pipelines.export.tar_shards import export_webdataset
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.generation.floor import Floor
 from synth.frame import Frame
 from synth.scene import ObjectMix
 from synth.scene.composed import ComposeConfig, Composer
 from synth.scene.config import SplitShares
+from synth.vocabulary import SPLITS
 
 
 class ComposedFrames:

@@ -17,7 +17,8 @@ from pipelines.importing.mocap import split_of
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError
 from synth.occluders.imported.sizes import SIZES
-from synth.occluders.meshlib import SPLITS, MeshLibrary, MeshModel, write_library
+from synth.occluders.meshlib import MeshLibrary, MeshModel, write_library
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

@@ -27,7 +27,6 @@ from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
     FOOT_UP,
-    SPLITS,
     PoseLibrary,
     Trial,
     joined,
@@ -36,6 +35,7 @@ from synth.bodies.poses.library import (
 from synth.bodies.poses.place import place_pose
 from synth.bodies.shape.make import make_body
 from synth.bodies.spec import BodySpec
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

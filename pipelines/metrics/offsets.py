@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from forests.frames import is_known
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.metrics.results import Results
+from synth.vocabulary import SPLITS
 
 NEAR_M = 0.2
 """An answer farther than this from the truth is a miss, and tells nothing of definitions [m]."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from forests.estimate import JointEstimate
-from pipelines.corpus.header import write_atomically
 from pipelines.drawing.frames import Picture
 from pipelines.drawing.skeletons import skeleton_panel
 from pipelines.drawing.tiles import sheet, sheet_tile, spread_places
@@ -24,6 +23,7 @@ from pipelines.predicting.ask import ask
 from pipelines.predicting.images import DepthImage, Request
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
+from storage.atomic import write_atomically
 
 log = logging.getLogger(__name__)
 
