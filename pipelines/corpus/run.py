@@ -8,8 +8,8 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
@@ -26,6 +26,8 @@ from pipelines.errors import UserError
 Progress = Callable[[int, int], object]
 """Called with the frames finished so far, those of earlier runs included, and those finished by earlier runs."""
 
+_IN_FLIGHT = 2
+"""Shards that a worker has at a time: one at work, one waiting."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -113,10 +115,8 @@ def _in_processes(
     try:
         while True:
             with _interrupts_ignored():
-                for worker, executor in enumerate(executors):
-                    for _ in range(2 - list(running.values()).count(worker)):
-                        if (shard := _next_shard(runs, worker)) is not None:
-                            running[executor.submit(_work, shard)] = worker
+                for worker, shard in _shards_to_hand_out(runs, running.values()):
+                    running[executors[worker].submit(_work, shard)] = worker
             if not running:
                 break
             done, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
@@ -133,6 +133,13 @@ def _in_processes(
         stop.send_bytes(b"stop")
         for executor in executors:
             executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _shards_to_hand_out(runs: list[deque[int]], busy: Iterable[int]) -> list[tuple[int, int]]:
+    """Workers that have fewer than two shards in flight, with the shards that they get; taken out of the runs."""
+    n_in_flight = Counter(busy)
+    free = [worker for worker in range(len(runs)) for _ in range(_IN_FLIGHT - n_in_flight[worker])]
+    return [(worker, shard) for worker in free if (shard := _next_shard(runs, worker)) is not None]
 
 
 def _next_shard(runs: list[deque[int]], worker: int) -> int | None:

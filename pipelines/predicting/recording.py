@@ -19,7 +19,7 @@ from pipelines.recordings.entries import SMALLEST_BLOB
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout
 from synth.frame import Frame
-from synth.vocabulary import JOINT_NAMES, JointState
+from synth.vocabulary import JOINT_NAMES
 
 N_ASKED = 100
 """Frames of a folder that models are asked about, evenly spread; all if there are fewer."""
@@ -136,8 +136,7 @@ def ask_recording(folder: Folder, models: Mapping[str, Contestant]) -> Recording
 def known_joints(frame: Frame, names: tuple[str, ...]) -> NDArray[np.float32]:
     """(n, 3) true joints of these names, camera frame [m]; NaN where unknown."""
     at = [JOINT_NAMES.index(name) for name in names]
-    is_known = frame.joint_state[at] != JointState.UNKNOWN
-    return np.where(is_known[:, None], frame.joints[at], np.nan).astype(np.float32)
+    return frame.joints[at]
 
 
 def _errors(frame: Frame, names: tuple[str, ...], answer: JointEstimate) -> NDArray[np.float64]:

@@ -108,7 +108,6 @@ def test_a_foreign_file_is_refused_before_it_is_read(path):
         '{"format": null}',
         "{" * 5000,
         "[" * 100_000,
-        "\ud83d",
         "1" * 5000,
     ],
 )

@@ -216,7 +216,7 @@ def test_a_library_of_another_version_or_skeleton_says_so(tmp_path):
     write_library(path, library_of())
     kind, arrays, metadata = read_digested(path, FORMAT)
     write_digested(path, dataclasses.replace(FORMAT, version=9), kind, arrays, metadata)
-    with pytest.raises(PoseLibraryError, match="has format version 9; .* reads version 2; import the rec"):
+    with pytest.raises(PoseLibraryError, match=r"has format version 9; .* reads version 2; import the rec"):
         read_library(path)
     write_digested(path, FORMAT, kind, arrays, metadata | {"dofs": ["knee"]})
     with pytest.raises(PoseLibraryError, match="made for another skeleton"):
