@@ -26,9 +26,10 @@ from synth.occluders.meshlib import IMPORTED, MeshLibrary
 from synth.occluders.meshlib import read_library as read_objects
 from synth.scene import FrameSource, SceneConfig
 from synth.scene.bases import PoseMix
-from synth.scene.config import SPLITS, SplitShares
+from synth.scene.config import SplitShares
 from synth.scene.objects import ObjectMix
 from synth.scene.replay import occluder_of, person_of
+from synth.vocabulary import SPLITS
 
 LIMIT = 0.01
 

@@ -21,7 +21,7 @@ from forests.oarf.storage import load_model
 from forests.oarf.tune import tune
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.spread import spread
+from pipelines.spread import at_most
 
 LAYERS = {"both": (0, 1), "body": (0,), "objects": (1,)}
 """Layers of the leaf modes that vote."""
@@ -56,7 +56,8 @@ def main() -> None:
     asked = parser.parse_args()
     corpus = Corpus.open(asked.corpus)
     validation = CorpusFrames(corpus, corpus.split("val"))
-    test = CorpusFrames(corpus, spread(corpus.split("test"), asked.limit))
+    numbers = corpus.split("test")
+    test = CorpusFrames(corpus, numbers[at_most(len(numbers), asked.limit)])
     is_occluded = np.stack([test[k].is_occluded for k in range(len(test))])
     print(f"{len(test)} test frames, {is_occluded.sum()} occluded joints; share within 10 cm")
     for path in asked.model:

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
-from synth.vocabulary import JointState
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class Frame:
         instance: (height, width) uint8 composite object number, 0 elsewhere.
         body_depth: (height, width) uint16 depth of the person alone [mm].
         body_part: (height, width) uint8 parts of the person alone.
-        joints: (15, 3) float32 joint centres, camera frame [m]; 0 where the state is UNKNOWN.
+        joints: (15, 3) float32 joint centres, camera frame [m]; NaN where, and only where, the state is UNKNOWN.
         joint_state: (15,) uint8 `JointState`.
         joint_visible_fraction: (15,) float32, share of the surface over the joint that the composite shows.
         part_visible_fraction: (32,) float32 by part label: composite pixels over body-alone pixels; 0 where none.
@@ -103,8 +102,5 @@ class Frame:
 
     @property
     def joints_2d(self) -> NDArray[np.float64]:
-        """(15, 2) joint centres in pixels; 0 where the state is UNKNOWN."""
-        out = np.zeros((len(self.joints), 2))
-        is_known = self.joint_state != JointState.UNKNOWN
-        out[is_known] = self.camera.project(self.joints[is_known])
-        return out
+        """(15, 2) float64 joint centres [px]; NaN where the state is UNKNOWN."""
+        return self.camera.project(self.joints)

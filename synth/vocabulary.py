@@ -78,6 +78,9 @@ OCCLUDER_CLASSES: tuple[str, ...] = (
 """Occluder class names by code: 0 is none."""
 OCCLUDER_CODE: dict[str, int] = {name: code for code, name in enumerate(OCCLUDER_CLASSES)}
 
+SPLITS: tuple[str, ...] = ("train", "val", "test")
+"""Names of the splits by code; who and what stands in one stands in no other."""
+
 
 class JointState(IntEnum):
     """Why a joint can or cannot be seen."""
@@ -90,8 +93,4 @@ class JointState(IntEnum):
     OUTSIDE = 3
     """The joint projects outside the image, or lies behind the camera."""
     UNKNOWN = 4
-    """Not annotated, in recorded frames; its coordinates are 0."""
-
-
-SPLITS: tuple[str, ...] = ("train", "val", "test")
-"""Parts of a corpus or library that share no subject, object or pose."""
+    """Not annotated, in recorded frames; its coordinates are NaN, and those of no other joint are."""

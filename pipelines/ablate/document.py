@@ -12,10 +12,10 @@ from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.run import open_corpus
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
-from pipelines.corpus.header import write_atomically
 from pipelines.metrics import draw_frames
 from pipelines.metrics.results import Results, read_results
 from pipelines.models.opening import file_digest
+from storage.atomic import write_atomically
 
 SCHEMA = "undergrowth ablation"
 SCHEMA_VERSION = 1

@@ -13,6 +13,7 @@ from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
 from pipelines.models.kinds import VARIANTS, ModelConfig, ModelKind
+from pipelines.spread import evenly_spread
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
 
@@ -90,7 +91,7 @@ class Selection:
         if self.rule != "all":
             is_shown = np.array([_shows(corpus, int(i), self.class_name) for i in numbers], np.bool_)
             n_without = int((~is_shown).sum())
-            spread = numbers[np.arange(n_without) * len(numbers) // max(1, n_without)]
+            spread = numbers[evenly_spread(len(numbers), n_without)]
             numbers = {"without": numbers[~is_shown], "showing": numbers[is_shown], "as_many": spread}[self.rule]
         if not len(numbers):
             raise UserError(f"none of the {self.n} {self.split} frames is one {self.rule} {self.class_name}")

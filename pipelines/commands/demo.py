@@ -7,7 +7,6 @@ from pathlib import Path
 from pipelines.ablate.ablation import run_ablation, usable_cores
 from pipelines.ablate.config import Size, load_config
 from pipelines.ablate.terminal import table_lines
-from pipelines.drawing.tiles import spread_places
 from pipelines.inspect.write import write_inspection
 from pipelines.predicting.images import layout_requests, recording_layout
 from pipelines.predicting.recording import N_ASKED, Folder, Recording
@@ -19,6 +18,7 @@ from pipelines.report.methods import METHODS, shown_methods
 from pipelines.report.models import first_models
 from pipelines.report.source import Source, read_source
 from pipelines.report.write import recordings_of, write_report
+from pipelines.spread import first_to_last
 
 log = logging.getLogger(__name__)
 
@@ -94,7 +94,7 @@ def draw_recording(source: Source, folder: Folder, out: Path) -> int:
     """
     models = first_models(source)
     requests = layout_requests(list_files(folder.path, folder.layout.files), folder.name, folder.layout)
-    chosen = [requests[place] for place in spread_places(len(requests), N_ASKED)]
+    chosen = [requests[place] for place in first_to_last(len(requests), N_ASKED)]
     n_skipped = 0
     for name in shown_methods(tuple(models)):
         there = out / name

@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 import tyro
 
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.export.write import export
+from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
 

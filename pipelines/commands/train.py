@@ -23,7 +23,7 @@ from pipelines.models.kinds import KINDS, ModelKind
 from pipelines.models.training import check_target, n_finished_trees, partial_folder, train_into
 from pipelines.progress import Progress
 from pipelines.settings import defaults_from
-from pipelines.spread import spread
+from pipelines.spread import at_most
 from synth.vocabulary import JointState
 
 log = logging.getLogger(__name__)
@@ -87,8 +87,11 @@ class TrainSettings:
 
     def _frames(self, corpora: Sequence[Corpus], split: str) -> JoinedFrames:
         pairs = zip(corpora, sensors_of(corpora, self.sensor), strict=True)
-        chosen = (CorpusFrames(one, spread(one.split(split), self.max_frames), sensor) for one, sensor in pairs)
-        return JoinedFrames(tuple(chosen))
+        return JoinedFrames(tuple(self._chosen(corpus, split, sensor) for corpus, sensor in pairs))
+
+    def _chosen(self, corpus: Corpus, split: str, sensor: str | None) -> CorpusFrames:
+        numbers = corpus.split(split)
+        return CorpusFrames(corpus, numbers[at_most(len(numbers), self.max_frames)], sensor)
 
     def _train(
         self, corpora: Sequence[Corpus], frames: JoinedFrames, validation: JoinedFrames

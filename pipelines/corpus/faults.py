@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from pipelines.corpus import shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
+from pipelines.corpus.fields import SHARD_FRAMES
 from pipelines.corpus.frameinfo import split_ids
 from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.read import Corpus
 from pipelines.corpus.write import ZARR_NAME, shard_files
 from pipelines.errors import CorpusError
+from synth.vocabulary import SPLITS
 
 
 def faults(

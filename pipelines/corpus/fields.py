@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.frame import Frame
-from synth.vocabulary import N_JOINTS, N_PARTS
+from synth.vocabulary import N_JOINTS, N_PARTS, SPLITS
 
 SHARD_FRAMES = 64
 """Frames in one shard, which one worker writes at once."""
@@ -42,8 +42,6 @@ class Field:
 
 IMAGES = ("depth", "part", "occluder", "instance", "hidden_depth", "hidden_part")
 """Stored maps; hidden_* is the body layer where the composite does not show it."""
-SPLITS = ("train", "val", "test")
-"""Names of the splits by code."""
 
 
 def fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:

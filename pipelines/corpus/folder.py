@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
-from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header, write_atomically
+from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
+from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
@@ -68,7 +69,7 @@ def prepare_folder(root: Path, order: Order) -> Header:
         UserError: The folder holds other files or another corpus; nothing is touched then.
     """
     if not (root / HEADER_NAME).exists():
-        foreign = sorted(item.name for item in root.iterdir() if item.name != HEADER_NAME + ".tmp")
+        foreign = sorted(item.name for item in root.iterdir() if not is_unfinished(item, HEADER_NAME))
         if foreign:
             raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
         frame = make_frame(order.make_source(), 0)
@@ -120,6 +121,6 @@ def finished_shards(root: Path, header: Header) -> dict[int, ShardLine]:
         ):
             lines[shard] = line
     rewrite_manifest(root, lines)
-    for leftover in root.rglob("*.tmp"):
+    for leftover in root.rglob("*" + TEMPORARY_SUFFIX):
         leftover.unlink()
     return lines

@@ -4,16 +4,16 @@ import functools
 import hashlib
 import importlib.metadata
 import json
-import os
 import platform
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
 
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS, Field, fields_of
+from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
 from pipelines.errors import CorpusError
-from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
+from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, SPLITS, JointState
 
 SCHEMA = "undergrowth corpus"
 SCHEMA_VERSION = 1
@@ -128,10 +128,31 @@ def build_header(
         "conventions": _CONVENTIONS,
         "software": software_versions(),
     }
-    return document | {"digest": _digest(document)}
+    return document | {"digest": digest_of(document)}
 
 
-def _digest(document: dict) -> str:
+def _check_labels(path: Path, there: object) -> None:
+    """Refuses codes that read otherwise here.
+
+    The program knows joints, states, parts and splits by their codes, so that these tables must be its own. Of the
+    occluder classes a corpus may lack the last ones, which were added after it was made.
+    """
+    if not isinstance(there, dict):
+        raise CorpusError(f"{path} is damaged: it has no label tables")
+    for name, here in label_tables().items():
+        given = there.get(name)
+        if not isinstance(given, list):
+            raise CorpusError(f"{path} is damaged: it has no table of {name}")
+        known = here[: len(given)] if name == "occluders" and given else here
+        if given != known:
+            code, theirs, ours = next(
+                (code, *pair) for code, pair in enumerate(zip_longest(given, known)) if pair[0] != pair[1]
+            )
+            raise CorpusError(f"{path} has other {name}: code {code} is {theirs!r}, this program reads {ours!r}")
+
+
+def digest_of(document: dict) -> str:
+    """SHA-256 of all of the document but its digest."""
     rest = {key: value for key, value in document.items() if key != "digest"}
     return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
 
@@ -154,21 +175,8 @@ def read_header(root: Path) -> Header:
     version = document.get("schema_version")
     if version != SCHEMA_VERSION:
         raise CorpusError(f"{path} has schema version {version}; this program reads version {SCHEMA_VERSION}")
-    if document.get("digest") != _digest(document):
+    if document.get("digest") != digest_of(document):
         raise CorpusError(f"{path} is damaged: its digest does not fit its contents")
+    _check_labels(path, document.get("labels"))
     names = Header.__dataclass_fields__
     return Header(**{name: document[name] for name in names})
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Writes a text file beside and renames it, so that it is whole or absent."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise

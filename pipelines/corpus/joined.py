@@ -8,7 +8,7 @@ import numpy as np
 
 from forests.frames import DepthFrame, LabelTable
 from pipelines.corpus.read import Corpus
-from pipelines.corpus.sequence import LABELS, CorpusFrames
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 
 
@@ -24,8 +24,8 @@ class JoinedFrames:
 
     @property
     def labels(self) -> LabelTable:
-        """What the label images mean, the same in all corpora."""
-        return LABELS
+        """What the label images mean: the longest table of the corpora, the others are its beginning."""
+        return max((part.labels for part in self.parts), key=lambda table: table.n_labels)
 
     def __len__(self) -> int:
         return sum(map(len, self.parts))

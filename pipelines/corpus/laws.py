@@ -61,15 +61,17 @@ def _labels(frame: Frame, header: Header) -> Iterator[str]:
 
 
 def _joints(frame: Frame, header: Header) -> Iterator[str]:
-    for name in ("joints", "joint_visible_fraction", "part_visible_fraction", "angles", "T_world_root"):
+    for name in ("joint_visible_fraction", "part_visible_fraction", "angles", "T_world_root"):
         if not np.isfinite(getattr(frame, name)).all():
             yield f"{name} is not finite"
     for name in ("joint_visible_fraction", "part_visible_fraction"):
         share = getattr(frame, name)
         if ((share < 0) | (share > 1)).any():
             yield f"{name} is not in 0..1"
-    is_unknown = frame.joint_state == JointState.UNKNOWN
-    if frame.joints[is_unknown].any() or frame.joint_visible_fraction[is_unknown].any():
+    is_known = frame.joint_state != JointState.UNKNOWN
+    if not np.isfinite(frame.joints[is_known]).all():
+        yield "joints is not finite where the joint is known"
+    if not np.isnan(frame.joints[~is_known]).all() or frame.joint_visible_fraction[~is_known].any():
         yield "an unknown joint has a place or a visible fraction"
     for i, (name, lower, upper) in enumerate(header.labels["angles"]):
         angle = float(frame.angles[i])

@@ -5,8 +5,8 @@ import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from pipelines.corpus.header import write_atomically
 from pipelines.errors import CorpusError
+from storage.atomic import write_atomically
 
 MANIFEST_NAME = "manifest.jsonl"
 

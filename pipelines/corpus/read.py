@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pipelines.corpus import shards
-from pipelines.corpus.fields import SHARD_FRAMES, SPLITS
+from pipelines.corpus.fields import SHARD_FRAMES
 from pipelines.corpus.frameinfo import parse_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
@@ -17,6 +17,7 @@ from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
 from synth.camera import Camera
 from synth.frame import Frame, FrameInfo
+from synth.vocabulary import SPLITS, JointState
 
 _SENSOR_STREAM = 0x5E450
 """Keeps the sensor's random stream apart from those that made the frame."""
@@ -134,7 +135,7 @@ class Corpus:
             sensor: For "depth" only: the sensor model to apply.
 
         Returns:
-            (n, ...) in the field's dtype and unit.
+            (n, ...) in the field's dtype and unit; "joints" are NaN where unknown.
 
         Raises:
             CorpusError: Unknown field, frame not there, damaged or missing file.
@@ -201,6 +202,10 @@ class Corpus:
                 out[rows] = shards.read_maps(path, item, slots, shard * SHARD_FRAMES)
             else:
                 out[rows] = self._plain(path, item)[slots]
+        if name == "joints":
+            # Recordings may be stored with zeros for what is unknown.
+            is_unknown = self._stored("joint_state", numbers) == JointState.UNKNOWN
+            out[is_unknown & ~out.any(axis=2)] = np.nan
         return out
 
     def _paths_of(self, shard: int) -> dict[str, Path]:

@@ -28,6 +28,8 @@ from pipelines.errors import UserError
 Progress = Callable[[int, int], object]
 """Called with the frames finished so far, those of earlier runs included, and those finished by earlier runs."""
 
+_IN_FLIGHT = 2
+"""Shards that a worker has at a time: one at work, one waiting."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 

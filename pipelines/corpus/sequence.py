@@ -6,13 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import DepthFrame, LabelTable
+from pipelines.corpus.header import Header
 from pipelines.corpus.read import Corpus
-from synth.vocabulary import JOINT_NAMES, N_PARTS, OCCLUDER_CLASSES, PART_NAMES, JointState
+from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
 
 LABELS = LabelTable(PART_NAMES[1:], OCCLUDER_CLASSES[1:], JOINT_NAMES)
-"""Body parts are 1..31; occluder class c is label 31 + c."""
+"""The program's own, for where no corpus is at hand: body parts are 1..31, occluder class c is label 31 + c."""
 
 _IMAGES = ("depth", "part", "occluder", "hidden_depth", "hidden_part")
+
+
+def label_table(header: Header) -> LabelTable:
+    """A corpus' own names of the labels: the parts, then the occluder classes."""
+    tables = header.labels
+    return LabelTable(tuple(tables["parts"][1:]), tuple(tables["occluders"][1:]), tuple(tables["joints"]))
 
 
 @dataclass(frozen=True)
@@ -31,8 +38,8 @@ class CorpusFrames:
 
     @property
     def labels(self) -> LabelTable:
-        """What the label images mean."""
-        return LABELS
+        """What the label images mean, as the corpus says."""
+        return label_table(self.corpus.header)
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -43,12 +50,11 @@ class CorpusFrames:
         number = int(self.indices[place])
         depth, part, occluder, *hidden = (self.corpus.arrays(name, [number])[0] for name in _IMAGES)
         body_depth, body_part = body_layer(depth, part, *hidden)
-        label = part + (occluder + np.uint8(N_PARTS)) * (occluder > 0)
+        label = part + (occluder + np.uint8(self.labels.n_parts)) * (occluder > 0)
         if self.sensor is not None:
             depth = self.corpus.arrays("depth", [number], self.sensor)[0]
         state = self.corpus.arrays("joint_state", [number])[0]
         joints = self.corpus.arrays("joints", [number])[0]
-        joints[state == JointState.UNKNOWN] = np.nan
         is_occluded = state == JointState.OCCLUDED
         camera = self.corpus.camera(number)
         return DepthFrame(depth, label, body_depth, body_part, joints, is_occluded, camera)

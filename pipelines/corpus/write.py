@@ -1,7 +1,6 @@
 """Writes one shard: the frames of 64 numbers, encoded, on the disk, with their digests."""
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
@@ -14,6 +13,7 @@ from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
 from pipelines.errors import UserError
+from storage.atomic import write_all_atomically
 from synth.frame import Frame, FrameInfo
 
 ZARR_NAME = "arrays.zarr"
@@ -74,7 +74,7 @@ def write_shard(
     data |= {name: shards.encode_plain(fields[name], np.array(listed)) for name, listed in values.items()}
     data["info"] = "".join(lines).encode()
     paths = shard_files(root, header, shard)
-    _write_files({paths[name]: content for name, content in data.items()})
+    write_all_atomically({paths[name]: content for name, content in data.items()})
     return ShardLine(
         shard=shard,
         first=header.frames_of(shard).start,
@@ -102,27 +102,3 @@ def _check_frame(frame: Frame, header: Header, index: int) -> None:
             raise ValueError(
                 f"{name} of frame {index} is {value.shape} {value.dtype}, must be {item.shape} {item.dtype}"
             )
-
-
-def _write_files(contents: dict[Path, bytes]) -> None:
-    """Writes all files beside, then brings them to the disk, then renames them."""
-    temporaries = {path: path.with_name(f"{path.name}.{os.getpid()}.tmp") for path in contents}
-    try:
-        for path, content in contents.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            temporaries[path].write_bytes(content)
-        for path in contents:
-            _sync(temporaries[path])
-            temporaries[path].replace(path)
-    except OSError:
-        for temporary in temporaries.values():
-            temporary.unlink(missing_ok=True)
-        raise
-
-
-def _sync(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

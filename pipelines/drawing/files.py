@@ -1,6 +1,5 @@
 """Pictures as files: encoded here alone, and written whole or not at all."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from storage.atomic import write_atomically
 
 Kind = Literal["png", "jpeg"]
 
@@ -45,17 +45,3 @@ def write_picture(path: Path, image: NDArray) -> None:
         OSError: The file cannot be written; names the path.
     """
     write_atomically(path, encoded(image))
-
-
-def write_atomically(path: Path, data: bytes) -> None:
-    """Writes a file beside and renames it, so that it is whole or absent."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise OSError(error.errno, error.strerror, str(path)) from None

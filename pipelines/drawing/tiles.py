@@ -2,7 +2,6 @@
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pipelines.drawing import palette
 from pipelines.drawing.captions import CAPTION_HEIGHT, GAP, bordered, marks_caption, write_words
@@ -12,13 +11,6 @@ TILE = (300, 260)
 """Width and height of a picture [px]; it is drawn into the middle."""
 N_ACROSS = 4
 N_SHOWN = 12
-
-
-def spread_places(n: int, n_shown: int = N_SHOWN) -> NDArray[np.int64]:
-    """Places of at most so many of n things, evenly spread from the first to the last."""
-    if n <= n_shown:
-        return np.arange(n)
-    return np.rint(np.linspace(0, n - 1, n_shown)).astype(np.int64)
 
 
 def sheet_tile(picture: Picture, name: str) -> Picture:

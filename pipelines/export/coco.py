@@ -1,6 +1,7 @@
 """COCO keypoints: 16-bit depth PNGs, label PNGs, and one annotation file a split."""
 
 import json
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,9 +88,14 @@ def annotation_entry(frame: Frame) -> dict:
         "amodal_segmentation": run_lengths(alone),
         "num_keypoints": int((visibility > 0).sum()),
         "keypoints": keypoints,
-        "joints_camera_m": [[round(float(x), 6) for x in joint] for joint in frame.joints],
+        "joints_camera_m": [_rounded(joint) for joint in frame.joints.tolist()],
         "joint_state": frame.joint_state.tolist(),
     }
+
+
+def _rounded(joint: list[float]) -> list[float] | None:
+    """A joint's place to the micrometre; None if it is unknown, for which JSON has no number."""
+    return None if any(map(math.isnan, joint)) else [round(x, 6) for x in joint]
 
 
 def keypoint_visibility(joint_state: NDArray[np.uint8]) -> NDArray[np.int64]:

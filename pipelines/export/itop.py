@@ -86,13 +86,16 @@ _ROWS: dict[str, tuple[str, tuple[int, ...]]] = {
 
 
 def label_rows(frame: Frame) -> dict[str, NDArray]:
-    """A frame's entries of the label arrays, joints in ITOP's order."""
+    """A frame's entries of the label arrays, joints in ITOP's order.
+
+    An unknown joint has no coordinates (NaN, pixel 0) and makes the frame invalid, since ITOP tells that by frame.
+    """
     places = np.clip(np.nan_to_num(np.rint(frame.joints_2d)), -32768, 32767)
     return {
         "real_world_coordinates": (frame.joints * _Y_UP)[FROM_OURS],
         "image_coordinates": places.astype(np.int16)[FROM_OURS],
         "visible_joints": (frame.joint_state == JointState.VISIBLE).astype(np.int16)[FROM_OURS],
-        "is_valid": np.array(1, dtype=np.uint8),
+        "is_valid": np.array(np.isfinite(frame.joints).all(), dtype=np.uint8),
     }
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.export.coco import export_coco
 from pipelines.export.exr import export_exr
@@ -14,6 +13,7 @@ from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
 from pipelines.export.tar_shards import export_webdataset
 from pipelines.progress import Progress
+from synth.vocabulary import SPLITS
 
 EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
     "exr": export_exr,

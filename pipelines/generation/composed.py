@@ -4,17 +4,15 @@ import functools
 from dataclasses import asdict, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pipelines.corpus import Corpus, Order
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.generation.floor import Floor, find_floor
 from pipelines.generation.libraries import LibraryUse, object_mix
+from pipelines.spread import evenly_spread
 from synth.frame import Frame
 from synth.scene.composed import ComposeConfig, Composer
 from synth.scene.config import SplitShares
+from synth.vocabulary import SPLITS
 
 
 class ComposedFrames:
@@ -33,7 +31,7 @@ class ComposedFrames:
         self.composer = composer
         recorded = [corpus.split(split) for split in SPLITS]
         counts = SplitShares(*(float(len(numbers)) for numbers in recorded)).counts(n_frames)
-        self._rows = [spread_over(numbers, n) for numbers, n in zip(recorded, counts, strict=True)]
+        self._rows = [numbers[evenly_spread(len(numbers), n)] for numbers, n in zip(recorded, counts, strict=True)]
 
     def __len__(self) -> int:
         return sum(len(rows) for rows in self._rows)
@@ -60,11 +58,6 @@ class ComposedFrames:
         """Makes a frame."""
         number, frame_idx = self.recorded_index(index)
         return self.composer.compose(self.corpus[number], index, frame_idx)
-
-
-def spread_over(numbers: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """(n,) of the given numbers, evenly spread and rising; each as often as the others, within one."""
-    return numbers[np.arange(n) * len(numbers) // max(n, 1)]
 
 
 def open_recorded(path: Path) -> Corpus:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
+from pipelines.spread import first_to_last
 from synth.frame import Frame
 from synth.geometry import transform_points
 
@@ -69,7 +70,7 @@ def find_floor(corpus: Corpus) -> Floor:
     """
     if corpus.header.config["import"]["layout"]["camera"]["height_m"] > 0.0:
         return Floor()
-    places = np.linspace(0, len(corpus) - 1, min(len(corpus), MAX_FRAMES)).round().astype(int)
+    places = first_to_last(len(corpus), MAX_FRAMES)
     people = [points for i in corpus.indices[np.unique(places)] if len(points := _standing_points(corpus[int(i)]))]
     if not people:
         raise UserError(

@@ -7,11 +7,11 @@ from dataclasses import asdict
 from pathlib import Path
 
 from pipelines.corpus import Order
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.recordings.entries import list_files
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout
+from synth.vocabulary import SPLITS
 
 
 def recorded_order(folder: Path, layout: Layout, options: Options) -> Order[RecordedFrames]:

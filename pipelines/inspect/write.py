@@ -4,16 +4,15 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from pipelines.corpus import Corpus
-from pipelines.corpus.header import write_atomically
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.frames import contact_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
 from pipelines.progress import Progress
+from pipelines.spread import first_to_last
+from storage.atomic import write_atomically
 
 FRAMES_PER_SHEET = 12
 
@@ -52,7 +51,7 @@ def write_inspection(
 
 
 def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, zoom: float) -> list[Path]:
-    places = np.linspace(0, len(corpus) - 1, min(n_frames, len(corpus))).round().astype(int)
+    places = first_to_last(len(corpus), n_frames)
     numbers = corpus.indices[places]
     written = []
     with Progress(len(numbers), "frame", "inspect") as bar:

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from forests.frames import is_known
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.errors import UserError
 from pipelines.metrics.results import Results
+from pipelines.spread import at_most
+from synth.vocabulary import SPLITS
 
 NEAR_M = 0.2
 """An answer farther than this from the truth is a miss, and tells nothing of definitions [m]."""
@@ -69,8 +70,7 @@ def frames_apart(corpus: Corpus, split: str, n_frames: int) -> tuple[NDArray[np.
         return own[:0], own
     others = np.concatenate([corpus.split(name) for name in SPLITS if name != split])
     if len(others):
-        n = min(n_frames, len(others))
-        return others[np.arange(n) * len(others) // n], own
+        return others[at_most(len(others), n_frames)], own
     if 0 < len(own) <= n_frames:
         raise UserError(f"joint_offsets={n_frames} leaves none of the {len(own)} frames of {split} to be scored")
     return own[:n_frames], own[n_frames:]

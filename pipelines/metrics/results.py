@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from storage.atomic import replacing
 
 SCHEMA = "undergrowth results"
 SCHEMA_VERSION = 1
@@ -137,13 +138,8 @@ def write_results(path: Path, results: Sequence[Results], context: Mapping[str, 
     n_proposals = max(item.proposals.shape[2] for item in results)
     parts = [_columns(code, item, n_proposals) for code, item in enumerate(results)]
     columns: dict[str, Any] = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(path) as file:
+        np.savez_compressed(file, header=np.array(json.dumps(header)), **columns)
 
 
 def _columns(code: int, results: Results, n_proposals: int) -> dict[str, np.ndarray]:

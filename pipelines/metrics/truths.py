@@ -28,7 +28,6 @@ def read_truths(corpus: Corpus, indices: NDArray[np.int64]) -> Truths:
     families = tuple(sorted({info.scene_family for info in infos}))
     xyz = corpus.arrays("joints", indices)
     state = corpus.arrays("joint_state", indices)
-    xyz = np.where((state == JointState.UNKNOWN)[..., None], np.float32(np.nan), xyz)
     intrinsics = corpus.arrays("intrinsics", indices)
     seen = [{item.class_name for item in info.objects if item.visible_fraction > 0} for info in infos]
     return Truths(

@@ -11,6 +11,7 @@ import numpy as np
 from forests.modelfile import ModelFileError, read_model, write_model
 from pipelines.corpus.folder import first_difference, locked_folder
 from pipelines.errors import UserError
+from storage.atomic import TEMPORARY_SUFFIX
 
 TreeT = TypeVar("TreeT")
 
@@ -63,7 +64,7 @@ class TreeFolder(Generic[TreeT]):
 
     def clear(self) -> None:
         """Forgets all trees."""
-        for file in [*self.path.glob(TREE_FILES), *self.path.glob("*.tmp")]:
+        for file in [*self.path.glob(TREE_FILES), *self.path.glob("*" + TEMPORARY_SUFFIX)]:
             file.unlink()
 
     def check(self) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from pipelines.corpus import Corpus
-from pipelines.corpus.fields import SPLITS
 from pipelines.corpus.header import software_versions
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
@@ -18,7 +17,8 @@ from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results, write_results
 from pipelines.models.asking import Contestant, predict_frames
 from pipelines.progress import Progress
-from pipelines.spread import spread
+from pipelines.spread import at_most
+from synth.vocabulary import SPLITS
 
 SCHEMA = "undergrowth evaluation"
 SCHEMA_VERSION = 1
@@ -76,7 +76,7 @@ def score_model(
         contestant = replace(contestant, classes=None)
     corpus.check_sensor(scoring.sensor)
     learning, scored = frames_apart(corpus, scoring.split, scoring.joint_offsets)
-    indices = spread(scored, scoring.limit)
+    indices = scored[at_most(len(scored), scoring.limit)]
     if not len(indices):
         raise UserError(f"{corpus.path} has no frames of the split {scoring.split}")
     results, confusion = _answers(contestant, corpus, indices, scoring.sensor, n_threads)

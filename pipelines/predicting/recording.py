@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from pipelines.drawing.tiles import spread_places
 from pipelines.errors import UserError
 from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import Contestant, ask
@@ -17,8 +16,9 @@ from pipelines.progress import progress
 from pipelines.recordings.entries import SMALLEST_BLOB
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout
+from pipelines.spread import first_to_last
 from synth.frame import Frame
-from synth.vocabulary import JOINT_NAMES, JointState
+from synth.vocabulary import JOINT_NAMES
 
 N_ASKED = 100
 """Frames of a folder that models are asked about, evenly spread; all if there are fewer."""
@@ -102,9 +102,9 @@ def ask_recording(folder: Folder, models: Mapping[str, Contestant]) -> Recording
     """
     options = Options(folder.name, SMALLEST_BLOB, True, 1, (0.0, 0.0, 1.0))
     frames = RecordedFrames(folder.path, folder.layout, options)
-    places = spread_places(len(frames), N_ASKED)
+    places = first_to_last(len(frames), N_ASKED)
     is_shown = np.zeros(len(places), bool)
-    is_shown[spread_places(len(places), N_SHOWN)] = True
+    is_shown[first_to_last(len(places), N_SHOWN)] = True
     errors: dict[str, list[NDArray[np.float64]]] = {name: [] for name in models}
     shown, skipped = [], []
     bar = progress(places.tolist(), "frame", folder.path.name)
@@ -135,8 +135,7 @@ def ask_recording(folder: Folder, models: Mapping[str, Contestant]) -> Recording
 def known_joints(frame: Frame, names: tuple[str, ...]) -> NDArray[np.float32]:
     """(n, 3) true joints of these names, camera frame [m]; NaN where unknown."""
     at = [JOINT_NAMES.index(name) for name in names]
-    is_known = frame.joint_state[at] != JointState.UNKNOWN
-    return np.where(is_known[:, None], frame.joints[at], np.nan).astype(np.float32)
+    return frame.joints[at]
 
 
 def _errors(frame: Frame, names: tuple[str, ...], answer: JointEstimate) -> NDArray[np.float64]:

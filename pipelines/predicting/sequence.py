@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from pipelines.corpus.header import write_atomically
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.overlays import skeleton_panel
 from pipelines.drawing.palette import Picture
-from pipelines.drawing.tiles import sheet, sheet_tile, spread_places
+from pipelines.drawing.tiles import N_SHOWN, sheet, sheet_tile
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant, ask
 from pipelines.predicting.images import DepthImage, Request
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
 from pipelines.progress import progress
+from pipelines.spread import first_to_last
+from storage.atomic import write_atomically
 
 log = logging.getLogger(__name__)
 
@@ -101,7 +102,7 @@ class PredictionRun:
         Returns:
             How many were left out.
         """
-        shown = set(spread_places(len(requests)).tolist())
+        shown = set(first_to_last(len(requests), N_SHOWN).tolist())
         tiles: list[Picture] = []
         lines = []
         n_skipped = 0

@@ -16,17 +16,20 @@ class Skeleton(NamedTuple):
     """A person's joints, in the camera frame.
 
     Attributes:
-        joints: (15, 3) float64 [m]; 0 where unknown.
-        is_known: (15,) bool.
+        joints: (15, 3) float64 [m]; NaN where unknown.
         places: (15, 3) float64 [m], joints and guides; NaN where neither is given.
     """
 
     joints: NDArray[np.float64]
-    is_known: NDArray[np.bool_]
     places: NDArray[np.float64]
 
+    @property
+    def is_known(self) -> NDArray[np.bool_]:
+        """(15,) bool, which joints are annotated."""
+        return np.asarray(np.isfinite(self.joints).all(axis=1))
 
-NOBODY = Skeleton(np.zeros((N_JOINTS, 3)), np.zeros(N_JOINTS, np.bool_), np.full((N_JOINTS, 3), np.nan))
+
+NOBODY = Skeleton(np.full((N_JOINTS, 3), np.nan), np.full((N_JOINTS, 3), np.nan))
 """What is known of a person whose joints are not annotated."""
 
 
@@ -79,12 +82,10 @@ def as_ours(table: NDArray[np.float64], annotation: Annotation, camera: Camera, 
         focal = np.array([camera.fx, camera.fy])
         xyz[:, :2] += np.array(annotation.shift_px) * xyz[:, 2:] / focal
     theirs = {name: xyz[i] for i, name in enumerate(annotation.names)}
-    joints, is_known = np.zeros((N_JOINTS, 3)), np.zeros(N_JOINTS, np.bool_)
-    places = np.full((N_JOINTS, 3), np.nan)
+    joints, places = np.full((2, N_JOINTS, 3), np.nan)
     for ours, blend in annotation.guides.items():
         places[JOINT_NAMES.index(ours)] = sum(share * theirs[name] for name, share in blend.items())
     for ours, name in annotation.joints.items():
         place = JOINT_NAMES.index(ours)
         joints[place] = places[place] = theirs[name]
-        is_known[place] = True
-    return Skeleton(joints, is_known, places)
+    return Skeleton(joints, places)

@@ -4,7 +4,6 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipelines.corpus.header import write_atomically
 from pipelines.errors import UserError
 from pipelines.predicting.recording import Folder, Recording, ask_recording
 from pipelines.report.models import first_models
@@ -21,6 +20,7 @@ from pipelines.report.sections.questions import questions_section
 from pipelines.report.sections.recorded import recorded_section
 from pipelines.report.sections.tables import detection_section, measures_section, pixels_section, precision_section
 from pipelines.report.source import Source
+from storage.atomic import write_atomically
 
 log = logging.getLogger(__name__)
 

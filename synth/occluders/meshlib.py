@@ -2,24 +2,19 @@
 
 import hashlib
 import json
-import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
 
+from storage.digested import DigestedFormat, read_digested, write_digested
 from synth.geometry import LabelledMesh
 from synth.occluders.imported.boxes import solids_of
 from synth.occluders.model import Anchor, Occluder
+from synth.vocabulary import SPLITS
 
-KIND = "undergrowth object library"
-VERSION = 1
-SPLITS: tuple[str, ...] = ("train", "val", "test")
-_HEADER = "undergrowth"
 _ARRAYS = {"vertices": ("float32", 3), "faces": ("int32", 3), "boxes": ("float64", 6)}
 
 
@@ -29,6 +24,11 @@ IMPORTED = "imported"
 
 class MeshLibraryError(ValueError):
     """A file that is no object library or is damaged."""
+
+
+FORMAT = DigestedFormat(
+    "undergrowth object library", 2, "object library", MeshLibraryError, "import the objects again"
+)
 
 
 @dataclass(frozen=True)
@@ -125,41 +125,30 @@ class MeshLibrary:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of everything in it."""
-        total = hashlib.sha256(json.dumps(self._header(), sort_keys=True).encode())
+        """SHA-256 of everything in it; hangs on the models, not on how the file keeps them."""
+        header = {"kind": FORMAT.name, "version": 1, **self.metadata()}
+        total = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
         for model in self.models:
             for name in _ARRAYS:
                 total.update(np.ascontiguousarray(getattr(model, name)).tobytes())
         return total.hexdigest()
 
-    def _header(self) -> dict[str, object]:
-        models = [model.header() for model in self.models]
-        return {"kind": KIND, "version": VERSION, "settings": self.settings, "models": models}
+    def metadata(self) -> dict[str, object]:
+        """All but the arrays, as JSON values."""
+        return {"settings": self.settings, "models": [model.header() for model in self.models]}
 
 
 def write_library(path: Path, library: MeshLibrary) -> None:
-    """Writes a library beside its place and renames it, so that the file is whole or absent.
+    """Writes a library: beside, synced and renamed, so that the file is whole or absent.
 
     Args:
         path: The file; an old one is replaced.
         library: The models.
     """
     arrays = {
-        f"{k:05d}.{name}": np.ascontiguousarray(getattr(model, name))
-        for k, model in enumerate(library.models)
-        for name in _ARRAYS
+        f"{k:05d}.{name}": getattr(model, name) for k, model in enumerate(library.models) for name in _ARRAYS
     }
-    header = json.dumps(library._header() | {"digest": library.digest}, sort_keys=True)
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("wb") as file:
-            file.write(save(arrays, metadata={_HEADER: header}))
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
+    write_digested(path, FORMAT, IMPORTED, arrays, library.metadata())
 
 
 def read_library(path: Path) -> MeshLibrary:
@@ -168,31 +157,32 @@ def read_library(path: Path) -> MeshLibrary:
     Raises:
         MeshLibraryError: There is none, it is damaged or of another version.
     """
-    if not path.is_file():
-        raise MeshLibraryError(f"there is no object library {path}")
-    try:
-        with safe_open(path, framework="numpy") as file:
-            text = (file.metadata() or {}).get(_HEADER, "{}")
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - no mapping
-        header = json.loads(text)
-    except (SafetensorError, json.JSONDecodeError) as error:
-        raise MeshLibraryError(f"{path} is no object library or damaged: {error}") from None
-    if header.get("kind") != KIND or header.get("version") != VERSION:
-        raise MeshLibraryError(f"{path} is no {KIND} of version {VERSION}")
-    try:
-        models = tuple(_model(k, plain, arrays) for k, plain in enumerate(header["models"]))
-        library = MeshLibrary(models, header["settings"])
-    except (KeyError, TypeError, MeshLibraryError) as error:
-        raise MeshLibraryError(f"{path} is damaged: {error}") from None
-    if library.digest != header.get("digest"):
-        raise MeshLibraryError(f"{path} is damaged: its digest does not fit its contents")
-    return library
+    _, arrays, metadata = read_digested(path, FORMAT, IMPORTED)
+    with FORMAT.naming_file(path):
+        if not isinstance(metadata["settings"], dict) or not isinstance(metadata["models"], list):
+            raise MeshLibraryError("settings must be values by name, models a list")
+        models = tuple(_model(k, values, arrays) for k, values in enumerate(metadata["models"]))
+        return MeshLibrary(models, metadata["settings"])
 
 
-def _model(k: int, plain: dict[str, object], arrays: dict[str, NDArray]) -> MeshModel:
-    anchors = tuple(
-        Anchor(a["name"], np.array(a["T_object_anchor"]), tuple(a["size"]), a["shape"])
-        for a in plain["anchors"]  # type: ignore[attr-defined]
-    )
+_WORDS = ("name", "class_name", "role", "split", "frame")
+
+
+def _model(k: int, values: object, arrays: dict[str, np.ndarray]) -> MeshModel:
+    if not isinstance(values, dict) or not isinstance(values["anchors"], list):
+        raise MeshLibraryError(f"model {k} is {values!r:.60}, must be values by name with a list of anchors")
+    if not all(isinstance(values[name], str) for name in _WORDS) or not isinstance(values["is_closed"], bool):
+        raise MeshLibraryError(f"{', '.join(_WORDS)} of model {k} must be words, is_closed true or false")
     given = {name: arrays[f"{k:05d}.{name}"] for name in _ARRAYS}
-    return MeshModel(**(plain | {"anchors": anchors} | given))  # type: ignore[arg-type]
+    return MeshModel(**(values | {"anchors": tuple(map(_anchor, values["anchors"]))} | given))
+
+
+def _anchor(values: object) -> Anchor:
+    if not isinstance(values, dict) or not isinstance(values["name"], str):
+        raise MeshLibraryError(f"an anchor is {values!r:.60}, must be values by name")
+    T, size = np.array(values["T_object_anchor"], np.float64), tuple(values["size"])
+    numbers = np.append(T.ravel(), np.array(size, np.float64))
+    is_number = T.shape == (4, 4) and len(size) == 2 and np.isfinite(numbers).all()
+    if not is_number or values["shape"] not in ("rectangle", "ellipse"):
+        raise MeshLibraryError(f"anchor {values['name']} must have a 4x4 transform, two sizes, a known shape")
+    return Anchor(values["name"], T, size, values["shape"])

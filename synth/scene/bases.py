@@ -11,8 +11,8 @@ from synth.bodies.poses.families import FAMILIES, PoseFamily
 from synth.bodies.poses.hands import HandTargets
 from synth.bodies.poses.library import PoseLibrary
 from synth.bodies.poses.place import place_pose
-from synth.scene.config import SPLITS
 from synth.scene.draw import SceneDraw
+from synth.vocabulary import SPLITS
 
 N_TRIES = 6
 """Poses of the library tried on one body before the scene is drawn anew."""

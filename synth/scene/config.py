@@ -5,8 +5,6 @@ from dataclasses import asdict, dataclass, field, fields
 from synth.camera import Camera
 from synth.render.presets import camera_named, mounting_named
 
-SPLITS: tuple[str, ...] = ("train", "val", "test")
-
 DRAWS_PER_BLOCK = 60
 """Consecutive frames of a split that share a pool of subjects and objects."""
 

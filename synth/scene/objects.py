@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.occluders.meshlib import MeshLibrary, MeshModel
-from synth.scene.config import SPLITS
+from synth.vocabulary import SPLITS
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from synth.geometry import surface_points
 from synth.occluders import registry
 from synth.occluders.meshlib import IMPORTED, MeshModel
 from synth.occluders.model import Occluder
-from synth.scene.config import DRAWS_PER_BLOCK, SPLITS, SceneConfig
+from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig
 from synth.scene.objects import ObjectMix
-from synth.vocabulary import OCCLUDER_CODE
+from synth.vocabulary import OCCLUDER_CODE, SPLITS
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")

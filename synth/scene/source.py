@@ -11,7 +11,7 @@ from synth.render import backends
 from synth.render.labels import Visibility, measure_visibility
 from synth.render.records import RenderedPair, RenderObject
 from synth.scene.bases import PoseMix
-from synth.scene.config import SPLITS, SceneConfig
+from synth.scene.config import SceneConfig
 from synth.scene.draw import Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family, without_context
 from synth.scene.objects import ObjectMix
@@ -19,7 +19,7 @@ from synth.scene.placement import is_eye_free, record_of
 from synth.scene.pools import Pools
 from synth.scene.soundness import is_sound
 from synth.scene.viewpoint import Viewpoint, draw_azimuth, draw_viewpoint
-from synth.vocabulary import OCCLUDER_CODE
+from synth.vocabulary import OCCLUDER_CODE, SPLITS
 
 _FRAME_STREAM = 0
 MAX_SCENES = 400

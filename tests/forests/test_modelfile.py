@@ -10,7 +10,7 @@ import safetensors.numpy
 
 from forests.frames import Intrinsics, LabelTable
 from forests.growing import GrowthConfig
-from forests.modelfile import FORMAT_VERSION, ModelFileError, read_model, write_model
+from forests.modelfile import FORMAT, ModelFileError, read_model, write_model
 from forests.oarf.calibrate import TERMS
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
@@ -100,7 +100,7 @@ def rewritten(path, **changes):
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS)), "no undergrowth model: it lacks our metadata"),
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS, {"undergrowth": "[]"})), "lacks our metadata"),
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS, {"undergrowth": "{" * 9**5})), "lacks our"),
-        (lambda p: rewritten(p, format_version=99), f"has format version 99; .* reads version {FORMAT_VERSION}"),
+        (lambda p: rewritten(p, format_version=99), f"has format version 99; .* reads version {FORMAT.version}"),
         (lambda p: rewritten(p, kind="rwf"), "holds a model of kind 'rwf', must be 'oarf'"),
         (lambda p: rewritten(p, kind=None), "its metadata is incomplete"),
         (lambda p: rewritten(p, metadata=[]), "its metadata is incomplete"),

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -10,17 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
 
+from storage.digested import DigestedFormat, read_digested, write_digested
 from synth.bodies.skeleton import DOF_IDX, DOFS, LOWER, N_DOFS, UPPER
+from synth.vocabulary import SPLITS
 
-KIND = "undergrowth pose library"
-VERSION = 1
 FOOT_UP, FOOT_DOWN, FOOT_FLAT = 0, 1, 2
 """A foot in the air, on the floor with a part of its sole, flat on the floor."""
-SPLITS: tuple[str, ...] = ("train", "val", "test")
-_HEADER = "undergrowth"
 _BEND = [DOF_IDX["lumbar_flexion"], DOF_IDX["thorax_flexion"]]
 _KNEES = [DOF_IDX["l_knee_flexion"], DOF_IDX["r_knee_flexion"]]
 _ARRAYS = {
@@ -31,6 +26,11 @@ _ARRAYS = {
 
 class PoseLibraryError(ValueError):
     """A file that is no pose library, is damaged, or was made for another skeleton."""
+
+
+FORMAT = DigestedFormat(
+    "undergrowth pose library", 2, "pose library", PoseLibraryError, "import the recordings again"
+)
 
 
 @dataclass(frozen=True)
@@ -154,43 +154,35 @@ def joined(parts: Sequence[PoseLibrary]) -> PoseLibrary:
     )
 
 
-def _header(library: PoseLibrary) -> dict[str, object]:
-    return {
-        "kind": KIND,
-        "version": VERSION,
+def _digest(library: PoseLibrary) -> str:
+    """What a corpus names its poses by: it hangs on the poses, not on how the file keeps them."""
+    header = {
+        "kind": FORMAT.name,
+        "version": 1,
         "source": library.source,
         "dofs": [dof.name for dof in DOFS],
         "trials": [asdict(trial) for trial in library.trials],
         "settings": library.settings,
     }
-
-
-def _digest(library: PoseLibrary) -> str:
-    total = hashlib.sha256(json.dumps(_header(library), sort_keys=True).encode())
+    total = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in _ARRAYS:
         total.update(np.ascontiguousarray(getattr(library, name)).tobytes())
     return total.hexdigest()
 
 
 def write_library(path: Path, library: PoseLibrary) -> None:
-    """Writes a library beside its place and renames it, so that the file is whole or absent.
+    """Writes a library: beside, synced and renamed, so that the file is whole or absent.
 
     Args:
         path: The file; an old one is replaced.
         library: The poses.
     """
-    arrays = {name: np.ascontiguousarray(getattr(library, name)) for name in _ARRAYS}
-    header = json.dumps(_header(library) | {"digest": library.digest}, sort_keys=True)
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with temporary.open("wb") as file:
-            file.write(save(arrays, metadata={_HEADER: header}))
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
-        raise
+    metadata = {
+        "dofs": [dof.name for dof in DOFS],
+        "trials": [asdict(trial) for trial in library.trials],
+        "settings": library.settings,
+    }
+    write_digested(path, FORMAT, library.source, {name: getattr(library, name) for name in _ARRAYS}, metadata)
 
 
 def read_library(path: Path) -> PoseLibrary:
@@ -199,24 +191,21 @@ def read_library(path: Path) -> PoseLibrary:
     Raises:
         PoseLibraryError: There is none, it is damaged, of another version or for another skeleton.
     """
-    if not path.is_file():
-        raise PoseLibraryError(f"there is no pose library {path}")
-    try:
-        with safe_open(path, framework="numpy") as file:
-            text = (file.metadata() or {}).get(_HEADER, "{}")
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - no mapping
-        header = json.loads(text)
-    except (SafetensorError, json.JSONDecodeError) as error:
-        raise PoseLibraryError(f"{path} is no pose library or damaged: {error}") from None
-    if header.get("kind") != KIND or header.get("version") != VERSION:
-        raise PoseLibraryError(f"{path} is no {KIND} of version {VERSION}")
-    if header.get("dofs") != [dof.name for dof in DOFS]:
+    source, arrays, metadata = read_digested(path, FORMAT)
+    if metadata.get("dofs") != [dof.name for dof in DOFS]:
         raise PoseLibraryError(f"{path} was made for another skeleton; import the recordings again")
-    try:
-        trials = tuple(Trial(**trial) for trial in header["trials"])
-        library = PoseLibrary(header["source"], trials, **arrays, settings=header["settings"])
-    except (KeyError, TypeError, PoseLibraryError) as error:
-        raise PoseLibraryError(f"{path} is damaged: {error}") from None
-    if library.digest != header.get("digest"):
-        raise PoseLibraryError(f"{path} is damaged: its digest does not fit its contents")
-    return library
+    with FORMAT.naming_file(path):
+        trials = tuple(map(_trial, metadata["trials"]))
+        return PoseLibrary(source, trials, **arrays, settings=_settings(metadata["settings"]))
+
+
+def _trial(values: object) -> Trial:
+    if not isinstance(values, dict) or not all(isinstance(value, str) for value in values.values()):
+        raise PoseLibraryError(f"a recording is {values!r:.60}, must have {', '.join(Trial.__annotations__)}")
+    return Trial(**values)
+
+
+def _settings(values: object) -> dict[str, object]:
+    if not isinstance(values, dict):
+        raise PoseLibraryError(f"settings are {values!r:.60}, must be values by name")
+    return values

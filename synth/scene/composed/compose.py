@@ -15,12 +15,11 @@ from synth.render.records import Backend, RenderedPair, RenderObject
 from synth.scene.composed.config import ComposeConfig
 from synth.scene.composed.furniture import FAMILIES
 from synth.scene.composed.person import RecordedPerson, person_of
-from synth.scene.config import SPLITS
 from synth.scene.draw import SceneDraw
 from synth.scene.objects import ObjectMix
 from synth.scene.placement import Assembly, is_eye_free, record_of
 from synth.scene.pools import Pools
-from synth.vocabulary import OCCLUDER_CODE, JointState
+from synth.vocabulary import OCCLUDER_CODE, SPLITS, JointState
 
 UNHIDDEN = "unhidden"
 _FRAME_STREAM, _NOISE_STREAM = 3, 4

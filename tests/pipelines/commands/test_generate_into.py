@@ -12,7 +12,6 @@ from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from pipelines.errors import CorpusError, UserError
-from pipelines.generation.composed import spread_over
 from pipelines.generation.floor import Floor, find_floor, fit_floor
 from pipelines.generation.writing import write_shown
 from synth.geometry import inverse, transform_points
@@ -229,14 +228,6 @@ def test_splits_share_neither_objects_nor_recorded_frames(composed):
     for one, other in itertools.combinations(by_split.values(), 2):
         for names in (lambda i: {o.spec_id for o in i.objects}, lambda i: {i.pose_id}, lambda i: {i.subject_id}):
             assert not set().union(*map(names, one)) & set().union(*map(names, other))
-
-
-def test_recorded_frames_are_spread_evenly():
-    numbers = np.arange(10, 20)
-    assert spread_over(numbers, 5).tolist() == [10, 12, 14, 16, 18]
-    assert np.bincount(spread_over(numbers, 27) - 10).tolist() == [3, 3, 3, 2, 3, 3, 2, 3, 3, 2]
-    assert len(spread_over(numbers, 0)) == 0
-    assert len(spread_over(numbers[:0], 0)) == 0
 
 
 def test_by_default_there_are_as_many_frames_as_recorded(recorded, tmp_path):

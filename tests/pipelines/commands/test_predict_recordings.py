@@ -21,10 +21,11 @@ from forests.rwf.storage import save_model as save_rwf
 from forests.rwf.train import train_rwf
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.drawing.tiles import N_SHOWN, spread_places
+from pipelines.drawing.tiles import N_SHOWN
 from pipelines.models.asking import ask
 from pipelines.models.opening import open_model
 from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
+from pipelines.spread import first_to_last
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 from tests.shared_data import SHARED
 
@@ -321,8 +322,8 @@ def test_the_command_smooths_and_says_so(models, folder, tmp_path, kind):
 
 
 def test_a_sheet_shows_the_first_the_last_and_what_is_evenly_between():
-    assert spread_places(5).tolist() == [0, 1, 2, 3, 4]
-    places = spread_places(1000)
+    assert first_to_last(5, N_SHOWN).tolist() == [0, 1, 2, 3, 4]
+    places = first_to_last(1000, N_SHOWN)
     assert (len(places), places[0], places[-1]) == (N_SHOWN, 0, 999)
     assert np.ptp(np.diff(places)) <= 1
 

@@ -8,8 +8,10 @@ import pytest
 import zarr
 from toy_source import ToySource
 
-from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus import Corpus, header, write_corpus
+from pipelines.corpus.joined import JoinedFrames
 from pipelines.corpus.layers import body_layer, hidden_layer
+from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import CorpusError, UserError
 
 
@@ -121,6 +123,44 @@ def test_another_schema_or_a_damaged_header_is_refused(tmp_path, order):
         Corpus.open(tmp_path / "c")
     with pytest.raises(CorpusError, match="no corpus"):
         Corpus.open(tmp_path)
+
+
+def relabelled(root, order, name, change):
+    """A corpus whose header has another table, with the digest of such a header."""
+    write_corpus(root, order(20))
+    document = json.loads((root / "corpus.json").read_text())
+    document["labels"][name] = change(document["labels"][name])
+    (root / "corpus.json").write_text(json.dumps(document | {"digest": header.digest_of(document)}))
+    return root
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("joints", lambda table: table[::-1], "has other joints: code 0 is 'l_foot', this program reads 'head'"),
+        ("parts", lambda table: table[:-1], "has other parts: code 31 is None, this program reads 'r_foot'"),
+        ("splits", lambda table: ["train", "dev", "test"], "has other splits: code 1 is 'dev'"),
+        ("joint_states", lambda table: None, "is damaged: it has no table of joint_states"),
+        ("occluders", lambda table: [*table, "lamp"], "code 8 is 'lamp', this program reads None"),
+        ("occluders", lambda table: ["none", "laptop", "table"], "code 1 is 'laptop', this program reads 'table'"),
+        ("occluders", lambda table: [], "has other occluders: code 0 is None, this program reads 'none'"),
+    ],
+)
+def test_codes_that_read_otherwise_are_refused(tmp_path, order, name, change, message):
+    with pytest.raises(CorpusError, match=message):
+        Corpus.open(relabelled(tmp_path / "c", order, name, change))
+
+
+def test_a_corpus_from_before_the_last_classes_is_trained_on_by_its_own_table(tmp_path, order, toy_corpus):
+    corpus = Corpus.open(relabelled(tmp_path / "c", order, "occluders", lambda table: table[:3]))
+    frames = CorpusFrames(corpus, corpus.indices)
+    assert frames.labels.occluders == ("table", "laptop")
+    assert (frames.labels.parts, frames.labels.joints) == (LABELS.parts, LABELS.joints)
+    everyone = CorpusFrames(toy_corpus, toy_corpus.indices)
+    assert everyone.labels == LABELS
+    assert JoinedFrames((frames, everyone)).labels == JoinedFrames((everyone, frames)).labels == LABELS
+    label, names = frames[1].label, ("nothing", *frames.labels.parts, *frames.labels.occluders)
+    assert {names[code] for code in np.unique(label[corpus[1].occluder > 0])} == {"table"}
 
 
 def test_an_unfinished_corpus_needs_leave(tmp_path, order):

@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from storage.digested import read_digested, write_digested
 from synth.geometry import surface_points
 from synth.occluders.imported.boxes import fill_with_boxes, solids_of
 from synth.occluders.imported.levels import find_level
 from synth.occluders.imported.model import Hints, make_model
 from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_closed, reduced, sampled
 from synth.occluders.imported.sizes import TO_UPRIGHT
-from synth.occluders.meshlib import MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
+from synth.occluders.meshlib import FORMAT, MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
 from synth.occluders.solids.distance import solid_distances
 from synth.scene import FrameSource, ObjectMix, SceneConfig, SceneWeights
 from synth.scene.replay import occluder_of
@@ -228,6 +229,33 @@ def test_a_library_comes_back_as_it_was_or_says_that_it_is_damaged(library: Mesh
         read_library(tmp_path / "none")
     with pytest.raises(MeshLibraryError, match="'t' is there twice"):
         replace(library, models=(*library.models, library.models[0]))
+
+
+ANCHOR = {"name": "top", "T_object_anchor": np.eye(4).tolist(), "size": [1.0, 1.0], "shape": "rectangle"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"models": None}, {"models": [None]}, {"models": [[]]}, {"models": {"a": 1}},
+        {"models": [{"anchors": []}]}, {"settings": None}, {"settings": [1]},
+        *({"anchors": value} for value in (None, 7, [None], [[]], [{}], [ANCHOR | {"name": None}])),
+        *({"anchors": [ANCHOR | {"T_object_anchor": value}]} for value in (None, [1.0], [[None] * 4] * 4, {})),
+        *({"anchors": [ANCHOR | {"size": value}]} for value in (None, 1.0, [1.0], ["a", "b"], [[1.0], 2.0])),
+        {"anchors": [ANCHOR | {"shape": ["oval"]}]}, {"name": None}, {"split": ["test"]}, {"is_closed": "yes"},
+        {"other": 1},
+    ],
+)  # fmt: skip
+def test_metadata_of_another_shape_is_one_clear_error(library: MeshLibrary, tmp_path: Path, change: dict) -> None:
+    path = tmp_path / "lib"
+    write_library(path, library)
+    kind, arrays, metadata = read_digested(path, FORMAT)
+    if not change.keys() <= metadata.keys():
+        change = {"models": [metadata["models"][0] | change, *metadata["models"][1:]]}
+    write_digested(path, FORMAT, kind, arrays, metadata | change)
+    with pytest.raises(MeshLibraryError) as caught:
+        read_library(path)
+    assert str(path) in str(caught.value)
 
 
 def test_scenes_take_models_in_the_splits_that_use_them(library: MeshLibrary) -> None:

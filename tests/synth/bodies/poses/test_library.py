@@ -1,13 +1,13 @@
 """Pose libraries: one file, checked to the last byte; their poses keep the laws of floor, seat and body."""
 
 import dataclasses
-import json
-import struct
 from functools import cache
 
 import numpy as np
 import pytest
+import safetensors.numpy
 
+from storage.digested import read_digested, write_digested
 from synth.bodies.body import Body
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.ground import find_support
@@ -17,6 +17,7 @@ from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
     FOOT_UP,
+    FORMAT,
     PoseLibrary,
     PoseLibraryError,
     Trial,
@@ -213,22 +214,43 @@ def test_every_damage_is_one_clear_error(tmp_path):
 def test_a_library_of_another_version_or_skeleton_says_so(tmp_path):
     path = tmp_path / "lib"
     write_library(path, library_of())
-    whole = path.read_bytes()
-    (size,) = struct.unpack("<Q", whole[:8])
-
-    def rewritten(**changes: object) -> None:
-        head = json.loads(whole[8 : 8 + size])
-        head["__metadata__"]["undergrowth"] = json.dumps(json.loads(head["__metadata__"]["undergrowth"]) | changes)
-        text = json.dumps(head).encode()
-        text += b" " * (-len(text) % 8)
-        path.write_bytes(struct.pack("<Q", len(text)) + text + whole[8 + size :])
-
-    rewritten(version=9)
-    with pytest.raises(PoseLibraryError, match="is no undergrowth pose library of version 1"):
+    kind, arrays, metadata = read_digested(path, FORMAT)
+    write_digested(path, dataclasses.replace(FORMAT, version=9), kind, arrays, metadata)
+    with pytest.raises(PoseLibraryError, match=r"has format version 9; .* reads version 2; import the rec"):
         read_library(path)
-    rewritten(dofs=["knee"])
+    write_digested(path, FORMAT, kind, arrays, metadata | {"dofs": ["knee"]})
     with pytest.raises(PoseLibraryError, match="made for another skeleton"):
         read_library(path)
+    path.write_bytes(safetensors.numpy.save(arrays, {"undergrowth": '{"kind": "undergrowth pose library"}'}))
+    with pytest.raises(PoseLibraryError, match="lacks our metadata; of an older one, import the recordings again"):
+        read_library(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"trials": None}, {"trials": [None]}, {"trials": [[["a"]]]}, {"trials": [{"name": "a"}]},
+        {"trials": {"a": 1}},
+        {"trials": [{"name": ["a"], "subject": {}, "split": "train", "file": None}]}, {"settings": None},
+        {"settings": [1]}, {"dofs": None}, {"trials": []}, {"trials": 7},
+    ],
+)  # fmt: skip
+def test_metadata_of_another_shape_is_one_clear_error(tmp_path, change):
+    path = tmp_path / "lib"
+    write_library(path, library_of())
+    kind, arrays, metadata = read_digested(path, FORMAT)
+    write_digested(path, FORMAT, kind, arrays, metadata | change)
+    with pytest.raises(PoseLibraryError) as caught:
+        read_library(path)
+    assert str(path) in str(caught.value)
+    for missing in metadata:
+        write_digested(path, FORMAT, kind, arrays, {name: v for name, v in metadata.items() if name != missing})
+        with pytest.raises(PoseLibraryError, match="lib"):
+            read_library(path)
+    for name in arrays:
+        write_digested(path, FORMAT, kind, {n: v for n, v in arrays.items() if n != name}, metadata)
+        with pytest.raises(PoseLibraryError, match="lib"):
+            read_library(path)
 
 
 def test_a_library_that_breaks_its_own_laws_is_refused():
