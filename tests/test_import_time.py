@@ -34,10 +34,9 @@ def test_measures_bring_neither_statistics_nor_pictures(module):
     assert loaded(f"import {module}").isdisjoint({*SLOW, "scipy.special"})
 
 
-@pytest.mark.parametrize("package", ["pipelines.recordings", "pipelines.drawing"])
-def test_a_package_brings_no_statistics_and_no_command_line(package):
-    modules = loaded(f"import {package}")
-    assert modules.isdisjoint({"scipy.stats", "scipy.optimize", "tyro", "tqdm", "h5py"})
+@pytest.mark.parametrize("module", ["pipelines.recordings.frames", "pipelines.drawing.frames"])
+def test_recordings_and_drawing_bring_no_libraries_but_that_of_pictures(module):
+    assert loaded(f"import {module}").isdisjoint({*SLOW, "scipy.ndimage"} - {"cv2"})
 
 
 def test_the_help_text_brings_no_library_at_all():

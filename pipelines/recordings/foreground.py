@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from pipelines.recordings.layout import Box
 
@@ -28,6 +27,8 @@ def drop_blobs(depth: NDArray[np.uint16], smallest_share: float) -> NDArray[np.u
         depth: (height, width) uint16 [mm], 0 = nothing; pixels touch across edges and corners.
         smallest_share: 0 keeps everything.
     """
+    from scipy import ndimage
+
     regions, n_regions = ndimage.label(depth > 0, _NEIGHBOURS)
     if n_regions < 2 or smallest_share <= 0.0:
         return depth
