@@ -1,7 +1,8 @@
 """Corpora on disk, training, scoring, ablation, report and commands: all that knows both `synth` and `forests`."""
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from storage.lazy import exports
 
 if TYPE_CHECKING:
     from pipelines.corpus.read import Corpus
@@ -11,18 +12,6 @@ if TYPE_CHECKING:
     from pipelines.drawing.overlays import overlay
     from pipelines.errors import CorpusError, UserError
     from pipelines.generation.writing import generate_corpus
-
-_PLACES = {
-    "Corpus": "corpus.read",
-    "CorpusError": "errors",
-    "CorpusFrames": "corpus.sequence",
-    "PixelLabels": "drawing.labels",
-    "UserError": "errors",
-    "generate_corpus": "generation.writing",
-    "overlay": "drawing.overlays",
-    "torch_dataset": "corpus.torch_dataset",
-}
-"""Where each name lives; imported when it is asked for."""
 
 __all__ = [
     "Corpus",
@@ -35,12 +24,15 @@ __all__ = [
     "torch_dataset",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name not in _PLACES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = exports(
+    __name__,
+    {
+        "pipelines.corpus.read": ("Corpus",),
+        "pipelines.corpus.sequence": ("CorpusFrames",),
+        "pipelines.corpus.torch_dataset": ("torch_dataset",),
+        "pipelines.drawing.labels": ("PixelLabels",),
+        "pipelines.drawing.overlays": ("overlay",),
+        "pipelines.errors": ("CorpusError", "UserError"),
+        "pipelines.generation.writing": ("generate_corpus",),
+    },
+)

@@ -1,1 +1,1 @@
-"""How files are written and kept: whole or absent, and with a digest over what they hold."""
+"""What synth, forests and pipelines share, below all of them: atomic writing, digested files, and lazy exports."""

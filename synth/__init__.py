@@ -12,7 +12,7 @@ The names here are all that most programs need; each is loaded when it is first 
 
 from typing import TYPE_CHECKING
 
-from synth.lazy import exports
+from storage.lazy import exports
 
 if TYPE_CHECKING:
     from synth.bodies.body import Body, Pose

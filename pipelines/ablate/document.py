@@ -1,7 +1,6 @@
 """ablation.json: settings, versions, digests and scores of an ablation; docs/ablation.md describes the keys."""
 
 import json
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,17 +9,12 @@ from pipelines.ablate.digests import sources_digest, versions
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
-from pipelines.ablate.run import open_corpus
+from pipelines.ablate.schema import PAPER_MAP_10CM, SCHEMA, SCHEMA_VERSION
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.metrics import draw_frames
 from pipelines.metrics.results import Results, read_results
 from pipelines.models.opening import file_digest
 from storage.atomic import write_atomically
-
-SCHEMA = "undergrowth ablation"
-SCHEMA_VERSION = 1
-PAPER_MAP_10CM: Mapping[str, float] = {"baseline": 0.44, "occluders": 0.48, "semantic": 0.54}
-"""Rafi et al. 2015, table 1."""
 
 
 def make_document(config: AblationConfig, plan: Plan, folder: ResultsFolder) -> dict:
@@ -60,7 +54,7 @@ def _settings(config: AblationConfig, plan: Plan) -> dict:
 
 
 def _corpus_document(job: CorpusJob, folder: ResultsFolder) -> dict:
-    corpus = open_corpus(folder, job)
+    corpus = folder.open_corpus(job)
     return {
         "folder": folder.corpus(job).name,
         "key": job.key,
@@ -97,7 +91,7 @@ def _training_document(job: ScoringJob, folder: ResultsFolder) -> dict:
     return {
         "seed": job.training.config.seed,
         "corpus": folder.corpus(job.training.corpus).name,
-        "n_train_frames": len(job.training.train.of(open_corpus(folder, job.training.corpus))),
+        "n_train_frames": len(job.training.train.of(folder.open_corpus(job.training.corpus))),
         "model": {"file": f"models/{model.name}", "key": job.training.key, "digest": file_digest(model)},
         "rows": {
             "file": f"rows/{folder.rows(job).name}",

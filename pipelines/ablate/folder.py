@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
-
-DOCUMENT_NAME = "ablation.json"
+from pipelines.ablate.schema import DOCUMENT_NAME
+from pipelines.corpus import Corpus
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,14 @@ class ResultsFolder:
     def corpus(self, job: CorpusJob) -> Path:
         """Folder of a corpus."""
         return self.root / f"corpus-{job.key[:12]}"
+
+    def open_corpus(self, job: CorpusJob) -> Corpus:
+        """A finished corpus.
+
+        Raises:
+            CorpusError: It is not there, unfinished or damaged.
+        """
+        return Corpus.open(self.corpus(job))
 
     def model(self, job: TrainingJob) -> Path:
         """File of a model."""

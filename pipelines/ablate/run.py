@@ -8,7 +8,7 @@ from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, SetShare, WorkProgress, cost
-from pipelines.corpus import Corpus, write_corpus
+from pipelines.corpus import write_corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 from pipelines.generation.drawn import drawn_order
@@ -44,14 +44,9 @@ def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
                 _score(scoring, folder, n_threads, set_share)
 
 
-def open_corpus(folder: ResultsFolder, job: CorpusJob) -> Corpus:
-    """A finished corpus."""
-    return Corpus.open(folder.corpus(job))
-
-
 def _is_finished(folder: ResultsFolder, job: CorpusJob) -> bool:
     try:
-        open_corpus(folder, job)
+        folder.open_corpus(job)
     except CorpusError:
         return False
     return True
@@ -67,13 +62,13 @@ def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_shar
 
 
 def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
-    corpus = open_corpus(folder, job.corpus)
+    corpus = folder.open_corpus(job.corpus)
     train, val = (CorpusFrames(corpus, frames.of(corpus), job.sensor) for frames in (job.train, job.val))
     train_model(job, train, val, folder.model(job), n_threads, set_share)
 
 
 def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
-    corpus = open_corpus(folder, job.corpus)
+    corpus = folder.open_corpus(job.corpus)
     numbers = job.test.of(corpus)
     frames = CorpusFrames(corpus, numbers, job.sensor)
     n_done = itertools.count(1)

@@ -80,14 +80,7 @@ def score_model(
     if not len(indices):
         raise UserError(f"{corpus.path} has no frames of the split {scoring.split}")
     results, confusion = _answers(contestant, corpus, indices, scoring.sensor, n_threads)
-    context = {
-        "schema": SCHEMA,
-        "schema_version": SCHEMA_VERSION,
-        "model": about,
-        "corpus": {"name": corpus.path.resolve().name, "digest": corpus.digest},
-        "configuration": asdict(scoring),
-        "software": software_versions(),
-    }
+    context = _context(about, corpus, scoring)
     if rows is not None:
         write_results(rows, [results], context)
     weights = draw_frames(len(indices), scoring.resamples, np.random.default_rng(scoring.seed))
@@ -99,6 +92,18 @@ def score_model(
         taught, _ = _answers(without_pixels, corpus, learning, scoring.sensor, n_threads)
         document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
     return document
+
+
+def _context(about: dict, corpus: Corpus, scoring: Scoring) -> dict:
+    """What the scores are of, as JSON values."""
+    return {
+        "schema": SCHEMA,
+        "schema_version": SCHEMA_VERSION,
+        "model": about,
+        "corpus": {"name": corpus.path.resolve().name, "digest": corpus.digest},
+        "configuration": asdict(scoring),
+        "software": software_versions(),
+    }
 
 
 def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: FrameWeights) -> dict:

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.ablate.document import SCHEMA, SCHEMA_VERSION
-from pipelines.ablate.folder import DOCUMENT_NAME
+from pipelines.ablate.schema import DOCUMENT_NAME, SCHEMA, SCHEMA_VERSION
 from pipelines.corpus import Corpus
 from pipelines.errors import CorpusError, UserError
 from pipelines.metrics.results import Results, Truths, read_results, same_frames

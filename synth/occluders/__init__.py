@@ -8,7 +8,7 @@ desk = occluders.make(spec)
 
 from typing import TYPE_CHECKING
 
-from synth.lazy import exports
+from storage.lazy import exports
 
 if TYPE_CHECKING:
     from synth.occluders.model import Anchor, Occluder

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from synth.lazy import exports
+from storage.lazy import exports
 
 if TYPE_CHECKING:
     from synth.scene.bases import PoseMix

@@ -317,7 +317,7 @@ def test_imported_frames_are_scored_by_the_main_tables_forests(finished):
 def test_selections_keep_a_class_out_and_as_many_frames_in(finished):
     config = load_config("demo", finished.with_name("tiny.toml"))
     folder = ResultsFolder(finished)
-    corpus = ablate_run.open_corpus(folder, make_plan(config).corpora[0])
+    corpus = folder.open_corpus(make_plan(config).corpora[0])
     for name in ("table", "laptop"):
         of = {
             rule: Selection("train", 10, rule, name).of(corpus)

@@ -13,7 +13,7 @@ from jinja2 import UndefinedError
 from toy_results import results_of
 
 from pipelines.ablate.config import AblationConfig
-from pipelines.ablate.document import PAPER_MAP_10CM
+from pipelines.ablate.schema import PAPER_MAP_10CM
 from pipelines.ablate.table import Resampling, pair_scores, row_scores
 from pipelines.cli import main
 from pipelines.corpus.header import software_versions

@@ -1,1 +1,0 @@
-"""Drawn objects among recorded people: the recorded corpus, its floor, and what becomes of its frames."""
