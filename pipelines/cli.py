@@ -44,22 +44,24 @@ class Runnable(Protocol):
 
 
 COMMANDS = {
-    "demo": Command("demo", "DemoSettings", "the whole story at a small size: frames, forests, scores, report"),
+    "demo": Command(
+        "demo", "DemoSettings", "run the whole pipeline at a small size: frames, forests, scores, report"
+    ),
     "generate": Command("generate", "GenerateSettings", "make a corpus of labelled depth frames"),
-    "inspect": Command("inspect", "InspectSettings", "draw a contact sheet and statistics of a corpus"),
-    "verify": Command("verify", "VerifySettings", "check a corpus: digests, laws, splits"),
+    "inspect": Command("inspect", "InspectSettings", "draw contact sheets and statistics of a corpus"),
+    "verify": Command("verify", "VerifySettings", "check the digests, labels and splits of a corpus"),
     **{
         f"train {kind.name}": Command("train", "settings_of", f"train a {kind.title} on corpora", kind.name)
         for kind in KINDS.values()
     },
-    "predict": Command("predict", "PredictSettings", "find the joints in depth images, and draw them"),
-    "evaluate": Command("evaluate", "EvaluateSettings", "score a model against the rendered truth"),
-    "ablate": Command("ablate", "AblateSettings", "train and score all methods on one corpus"),
+    "predict": Command("predict", "PredictSettings", "find the joints in depth images and draw them"),
+    "evaluate": Command("evaluate", "EvaluateSettings", "score a model on a corpus"),
+    "ablate": Command("ablate", "AblateSettings", "train and compare all methods on the same frames"),
     "report": Command("report", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
-    "import mocap": Command("import_mocap", "MocapSettings", "make a pose library out of BVH files"),
-    "import depth": Command("import_depth", "DepthSettings", "make a corpus out of recorded depth"),
-    "import meshes": Command("import_meshes", "MeshSettings", "make an object library out of meshes"),
+    "import mocap": Command("import_mocap", "MocapSettings", "make a library of poses from BVH files"),
+    "import depth": Command("import_depth", "DepthSettings", "make a corpus from recorded depth images"),
+    "import meshes": Command("import_meshes", "MeshSettings", "make a library of objects from meshes"),
 }
 
 

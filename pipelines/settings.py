@@ -24,7 +24,7 @@ def read_toml(path: Path) -> dict:
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path} is no valid TOML: {error}") from None
+        raise UserError(f"{path} is not valid TOML: {error}") from None
 
 
 def from_table(cls: type[T], table: Mapping[str, object], where: str, **given: object) -> T:

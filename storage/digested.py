@@ -153,7 +153,7 @@ def read_digested(path: Path, form: DigestedFormat, kind: str | None = None, is_
     except (ValueError, RecursionError):
         is_whole = False
     if not is_whole:
-        raise form.error(f"{path} is damaged: its digest does not fit its contents")
+        raise form.error(f"{path} is damaged: its digest does not match its contents")
     return contents
 
 

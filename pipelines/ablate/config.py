@@ -31,14 +31,14 @@ REGRESSION_ROWS: tuple[str, ...] = tuple(KINDS["oarf"].variants)
 
 @dataclass(frozen=True)
 class CorpusConfig:
-    """The corpus that is learned from and tested on.
+    """The corpus on which an ablation trains and tests.
 
     Attributes:
-        train_frames: Frames to learn from.
-        val_frames: Frames to tune on.
-        test_frames: Frames to score on, of other subjects, objects and poses.
-        seed: Of everything random in it.
-        scene: What the scenes are drawn from; its splits are set by the numbers of frames.
+        train_frames: Number of training frames.
+        val_frames: Number of frames for tuning.
+        test_frames: Number of frames for scoring, with other subjects, objects and poses.
+        seed: Seed of all randomness in the corpus.
+        scene: How the scenes are drawn. The splits follow from the numbers of frames.
     """
 
     train_frames: int = 1110
@@ -55,24 +55,25 @@ class CorpusConfig:
 
 @dataclass(frozen=True)
 class AblationConfig:
-    """An ablation. The defaults are the paper's figures.
+    """The settings of an ablation. The defaults are the paper's figures.
 
     Attributes:
         corpus: Where the frames come from.
-        rows: Methods.
-        n_seeds: Trainings of each method by kind of model, with seeds seed, seed + 1, ... of its settings.
-        sensor: Sensor model for depth in training and test; None = clean.
+        rows: Methods to compare.
+        n_seeds: Number of trainings of each regression forest, with the seeds oarf.seed, oarf.seed + 1, ...
+        sensor: Sensor model for the depth in training and test; None means clean depth.
         models: Settings by kind of model; in a file, a table for each ([oarf], [rwf]). A row sets its variant.
-        questions: What else is asked.
-        n_question_seeds: Trainings for each answer, at most `n_seeds`.
+        questions: Further questions to answer.
+        n_question_seeds: Number of trainings for each condition of a question, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
         noisy_sensor: Sensor model of the question sensor.
-        test_poses: Pose library of the question imported (`undergrowth import mocap`).
-        test_objects: Object library of it (`undergrowth import meshes`).
-        frame_counts: Numbers of training frames of the question frames; the first so many are taken.
-        tree_counts: Numbers of trees of the question trees; the first so many are asked.
-        pixel_counts: Numbers of voting pixels of the question pixels.
-        n_resamples: Resamples of the test frames for intervals and tests.
+        test_poses: Library of poses for the question imported, made by `undergrowth import mocap`.
+        test_objects: Library of objects for the question imported, made by `undergrowth import meshes`.
+        frame_counts: Numbers of training frames for the question frames. Each condition uses the first frames of
+            the corpus.
+        tree_counts: Numbers of trees for the question trees. Each condition uses the first trees of a forest.
+        pixel_counts: Numbers of voting pixels for the question pixels.
+        n_resamples: Number of resamples of the test frames for intervals and tests.
     """
 
     corpus: CorpusConfig = field(default_factory=CorpusConfig)
@@ -189,6 +190,6 @@ def _check_range(name: str, value: int, least: int, most: int | None = None) -> 
 def _check_names(name: str, given: tuple[str, ...], known: tuple[str, ...], least: int = 1) -> None:
     unknown = [item for item in given if item not in known]
     if unknown:
-        raise ValueError(f"{name} {', '.join(map(repr, unknown))} unknown; known are {', '.join(known)}")
+        raise ValueError(f"{name}: {', '.join(map(repr, unknown))} is unknown; known are {', '.join(known)}")
     if len(set(given)) < len(given) or len(given) < least:
-        raise ValueError(f"{name}={list(given)} must be {least} or more different names")
+        raise ValueError(f"{name}={list(given)} must hold at least {least} names, all different")

@@ -94,7 +94,9 @@ class Selection:
             spread = numbers[evenly_spread(len(numbers), n_without)]
             numbers = {"without": numbers[~is_shown], "showing": numbers[is_shown], "as_many": spread}[self.rule]
         if not len(numbers):
-            raise UserError(f"none of the {self.n} {self.split} frames is one {self.rule} {self.class_name}")
+            raise UserError(
+                f"the split {self.split} has no frames left for the rule {self.rule} {self.class_name}".rstrip()
+            )
         return numbers
 
 

@@ -61,10 +61,10 @@ def read_libraries(config: AblationConfig) -> Libraries:
     is_asked = "imported" in config.questions
     given = [name for name in ("test_poses", "test_objects") if getattr(config, name) is not None]
     if is_asked and not given:
-        raise UserError("question imported needs a library to test on: --poses or --objects")
+        raise UserError("the question imported needs a library to test on: give --poses or --objects")
     if given and not is_asked:
         path = getattr(config, given[0])
-        raise UserError(f"{given[0]}={path} is used by the question imported alone; ask it too")
+        raise UserError(f"{given[0]}={path} is used only by the question imported; ask that question too")
     return Libraries(
         _read(config.test_poses, "poses", _of_poses),
         _read(config.test_objects, "objects", _of_objects),
@@ -89,5 +89,5 @@ def _read(path: Path | None, what: str, read: Callable[[Path], tuple[str, int]])
     except (ValueError, OSError) as error:
         raise UserError(str(error)) from None
     if not n:
-        raise UserError(f"{path} has no {what} of the split {SPLIT}; import some with --{SPLIT}")
+        raise UserError(f"{path} has no {what} in the split {SPLIT}; import some with --{SPLIT}")
     return Library(path, digest)

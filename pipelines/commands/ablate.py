@@ -15,16 +15,19 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class AblateSettings:
-    """Trains and scores every method on one corpus; run again, it goes on where it was interrupted.
+    """Trains every method on the same frames, scores them all on the same test frames and prints the differences.
+
+    If it is interrupted, the same command continues where it stopped.
 
     Attributes:
-        size: demo (minutes), paper (1110 training frames), large (10000): which settings to begin with.
-        config: TOML file with any of those settings; they go before the size's.
-        out: Folder for corpora, models, rows and ablation.json; finished work in it is used again.
-        questions: What else is asked; goes before the settings' own.
-        poses: Pose library that the question imported tests on (`undergrowth import mocap`).
-        objects: Object library that it tests on (`undergrowth import meshes`).
-        threads: Threads, and processes that make frames; the scores do not depend on it.
+        size: The settings to start from: demo (takes minutes), paper (1110 training frames) or large (10000
+            training frames).
+        config: TOML file with any of these settings. They override those of the size.
+        out: Folder for corpora, models, rows and ablation.json. Finished work in it is reused.
+        questions: Further questions to answer. They replace those of the settings.
+        poses: Library of poses for the question imported, made by `undergrowth import mocap`.
+        objects: Library of objects for the question imported, made by `undergrowth import meshes`.
+        threads: Number of threads, and of processes that make frames. The scores do not depend on it.
         json: Print one JSON object instead of a table.
     """
 

@@ -25,19 +25,20 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class DemoSettings:
-    """Makes frames, trains all forests on them, scores them, writes the report; minutes at the size demo.
+    """Makes frames, trains all forests on them, scores them and writes the report, in minutes at the size demo.
 
-    Run again, it goes on where it was interrupted. With --real it ends with skeletons on recorded depth.
+    If it is interrupted, the same command continues where it stopped. With --real it ends with skeletons on
+    recorded depth.
 
     Attributes:
-        out: Folder for corpus, models, scores, pictures and the report.
-        size: Which settings of `undergrowth ablate`.
-        config: TOML file with any of those settings; they go before the size's.
-        threads: Threads, and processes that make frames; the scores do not depend on it.
-        real: Folder of recorded depth images that the forests are asked about.
-        layout: Name of its layout, or a .toml file; by default found from its contents.
-        camera: Camera preset of plain depth files, which no layout describes.
-        far: Farthest depth of the person in plain depth files [m]; 0 = all that they show.
+        out: Folder for the corpus, models, scores, pictures and report.
+        size: The size of the ablation, as in `undergrowth ablate`.
+        config: TOML file with any of the ablation's settings. They override those of the size.
+        threads: Number of threads, and of processes that make frames. The scores do not depend on it.
+        real: Folder of recorded depth images. The trained forests predict the joints in them.
+        layout: Name of the folder's layout, or a .toml file. By default the layout is found from its contents.
+        camera: Camera preset, for a folder of plain depth files that no layout describes.
+        far: Farthest depth that is kept in plain depth files [m]; 0 keeps all.
     """
 
     out: Path = Path("out/demo")
@@ -51,11 +52,11 @@ class DemoSettings:
 
     def __post_init__(self) -> None:
         if self.far < 0.0:
-            raise ValueError(f"far={self.far} must be positive, or 0 for all")
+            raise ValueError(f"far={self.far} must be positive, or 0 to keep all depth")
         if self.real is None and (self.layout or self.camera):
-            raise ValueError("layout and camera say how a folder of recordings reads: give real too")
+            raise ValueError("--layout and --camera describe a folder of recordings; give the folder with --real")
         if self.far and not self.camera:
-            raise ValueError("far cuts plain depth files, whose camera is given; layouts have their own")
+            raise ValueError("--far applies only to plain depth files, which need --camera")
 
     def run(self) -> int:
         """Runs all steps; ends with the table and the report's path."""

@@ -22,22 +22,24 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class EvaluateSettings:
-    """Scores a model on a corpus.
+    """Scores a model on a corpus and prints a table with 95 % intervals.
 
     Attributes:
-        model: The model's file.
-        corpus: The corpus' folder.
-        split: Which of its frames: train, val or test.
-        sensor: Sensor model for the depth; by default clean depth.
-        limit: Take so many frames only, evenly spread; 0 takes all.
-        joint_offsets: Learn on so many frames that are not scored where the corpus' joints lie beside the model's,
-            and score a second time with its answers moved there; 0 does not.
+        model: File of the model.
+        corpus: Folder of the corpus.
+        split: Split to score on: train, val or test.
+        sensor: Name of a sensor model whose noise is added to the depth of generated frames. By default the depth
+            stays clean.
+        limit: Use at most this many frames, evenly spread; 0 uses all.
+        joint_offsets: Learn on this many frames, which are not scored, where the corpus defines its joints
+            relative to the model's, and score a second time with the answers moved by these offsets; 0 scores
+            once.
         json: Print one JSON object instead of a table.
-        rows: Write what was answered beside the truth to this .npz file.
-        threads: Frames in work at a time; the scores do not depend on it.
-        pixels: Score the labels of pixels too, if the model gives any.
-        resamples: Resamples of the frames for the confidence intervals.
-        seed: Of the resamples.
+        rows: Write every answer beside the truth to this .npz file.
+        threads: Number of frames that are processed at the same time. The scores do not depend on it.
+        pixels: Also score the labels of pixels, if the model gives any.
+        resamples: Number of bootstrap resamples of the frames for the confidence intervals.
+        seed: Seed of the resamples.
     """
 
     model: Annotated[Path, tyro.conf.Positional]

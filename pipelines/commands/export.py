@@ -19,12 +19,12 @@ class ExportSettings:
     """Writes a corpus in another format.
 
     Attributes:
-        corpus: Its folder.
-        to: exr, coco (with PNG maps), webdataset or itop (HDF5).
+        corpus: Folder of the corpus.
+        to: Format: exr, coco (with PNG maps), webdataset or itop (HDF5).
         out: New or empty folder.
-        split: The split to write; all if left out.
-        sensor: Apply this sensor model to the composite depth; the clean depth if left out.
-        allow_incomplete: Take the finished frames of an unfinished corpus.
+        split: Split to write. By default all splits are written.
+        sensor: Add the noise of this sensor model to the composite depth. By default the depth stays clean.
+        allow_incomplete: Use the finished frames of an unfinished corpus.
     """
 
     corpus: Annotated[Path, tyro.conf.Positional]

@@ -25,24 +25,25 @@ Splits = tuple[Literal["train", "val", "test"], ...]
 
 @dataclass(frozen=True)
 class GenerateSettings:
-    """Makes a corpus of labelled depth frames; run again, it goes on where it was interrupted.
+    """Makes a corpus of labelled depth frames. If it is interrupted, the same command continues where it stopped.
 
     Attributes:
-        out: Folder of the corpus: new, empty, or one begun with the same settings.
-        config: TOML file with any of these settings; those on the command line go before it.
-        frames: How many frames; by default 1000, or with `into` as many as are recorded.
-        seed: Seed of everything random; the same settings give the same bytes.
-        workers: Processes.
-        renderer: numba (any machine) or pyrender (OpenGL; needs undergrowth[gl]).
-        poses: Pose library (`undergrowth import mocap`) to take people's poses from besides the procedural ones.
-        poses_share: Share of the frames that take from it.
-        poses_splits: Splits that use it; the others stay procedural.
-        objects: Object library (`undergrowth import meshes`) to take objects from besides the procedural ones.
-        objects_share: Share of the draws of an object, of a class that it has, that take from it.
-        objects_splits: Splits that use it; the others stay procedural.
-        into: Corpus of recorded people (`undergrowth import depth`) to put objects before; draws no people.
-        compose: What these objects are drawn from; `scene` and `poses` are for drawn people.
-        scene: What the scenes are drawn from.
+        out: Folder of the corpus: new, empty, or begun with the same settings.
+        config: TOML file with any of these settings. Settings given on the command line override it.
+        frames: Number of frames. The default is 1000, or with --into the number of recorded frames.
+        seed: Seed of all randomness. The same settings and seed give the same bytes.
+        workers: Number of processes. The corpus does not depend on it.
+        renderer: numba (runs on any machine) or pyrender (OpenGL; needs undergrowth[gl]).
+        poses: Library of recorded poses, made by `undergrowth import mocap`, to use besides the procedural poses.
+        poses_share: Share of the frames whose pose is taken from the library.
+        poses_splits: Splits that use the pose library. The other splits have procedural poses only.
+        objects: Library of objects, made by `undergrowth import meshes`, to use besides the procedural objects.
+        objects_share: Share of the object draws that use the library, where it has an object of the class.
+        objects_splits: Splits that use the object library. The other splits have procedural objects only.
+        into: Corpus of recorded people, made by `undergrowth import depth`. Objects are placed in front of these
+            people, and no people are generated.
+        compose: How objects are placed in front of recorded people; used only with --into.
+        scene: How scenes with generated people are drawn; not used with --into.
     """
 
     out: Annotated[Path, tyro.conf.Positional]
@@ -86,11 +87,9 @@ class GenerateSettings:
         )
         if self.into is not None:
             if self.scene != SceneConfig() or poses is not None:
-                raise UserError(
-                    "scene and poses are for drawn people, and --into takes recorded ones: use compose"
-                )
+                raise UserError("--scene and --poses describe generated people; with --into use --compose instead")
             return composed_order(self.into, self.compose, self.seed, self.frames, self.renderer, objects)
         if self.compose != ComposeConfig():
-            raise UserError("compose says what is put before recorded people: give --into CORPUS, or leave it out")
+            raise UserError("--compose describes objects in front of recorded people; give --into CORPUS too")
         n_frames = DEFAULT_FRAMES if self.frames is None else self.frames
         return drawn_order(self.scene, self.seed, n_frames, self.renderer, poses, objects)

@@ -19,17 +19,18 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class DepthSettings:
-    """Makes a corpus out of recorded depth images, with joints and labels where the recordings have joints.
+    """Makes a corpus from recorded depth images, with joints and part labels where the recordings have joints.
 
     Attributes:
-        folder: Where the recordings are.
-        out: Folder of the corpus: new, empty, or one begun with the same settings.
-        layout: Name of a known layout or a .toml file; by default found from the folder's contents.
-        splits: Shares of the splits, by the order of the frames.
-        every: Take one frame of so many.
-        smallest_blob: Drop regions of fewer of the person's pixels than this share; 0 keeps all.
-        registration: Move the joints as the layout says, where recordings misplace them.
-        workers: Processes.
+        folder: Folder of the recordings.
+        out: Folder of the corpus: new, empty, or begun with the same settings.
+        layout: Name of a known layout, or a .toml file. By default the layout is found from the contents of the
+            folder.
+        splits: Shares of the splits, in the order of the frames, such as train=0.5,val=0.1,test=0.4.
+        every: Use every Nth frame.
+        smallest_blob: Remove connected regions that hold less than this share of the person's pixels; 0 keeps all.
+        registration: Move the joints as the layout says, where the recordings misplace them.
+        workers: Number of processes. The corpus does not depend on it.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -45,18 +46,18 @@ class DepthSettings:
         if self.every < 1:
             raise ValueError(f"every={self.every} must be at least 1")
         if not 0.0 <= self.smallest_blob < 1.0:
-            raise ValueError(f"smallest_blob={self.smallest_blob} must be in 0..1, 1 not included")
+            raise ValueError(f"smallest_blob={self.smallest_blob} must be at least 0 and less than 1")
 
     def run(self) -> int:
         """Imports the folder and tells what it read it as."""
         if not self.folder.is_dir():
-            raise UserError(f"{self.folder} is no folder")
+            raise UserError(f"{self.folder} is not a folder")
         name, layout = choose_layout(self.folder, self.layout)
         options = Options(name, self.smallest_blob, self.registration, self.every, parse_shares(self.splits))
         order = recorded_order(self.folder, layout, options)
-        log.info("%s read as %s: %d frames", self.folder, name, order.n_frames)
+        log.info("%s has the layout %s: %d frames", self.folder, name, order.n_frames)
         if order.config["import"]["parts"] == "none":
-            log.info("it has no joints, so pixels get no part labels")
+            log.info("the recordings have no joints, so pixels get no part labels")
         write_shown(self.out, order, self.workers)
         log.info("%d frames in %s", order.n_frames, self.out)
         return 0

@@ -18,20 +18,24 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class MeshSettings:
-    """Makes an object library out of meshes; files that cannot be used are listed, the others imported.
+    """Makes a library of objects from mesh files.
+
+    Files that cannot be used are listed with the reason, and the others are imported.
 
     Attributes:
-        folder: Where the files are, at any depth: OBJ, GLB, GLTF, PLY, STL, DAE, URDF.
+        folder: Folder of the files, which may lie in subfolders: OBJ, GLB, GLTF, PLY, STL, DAE, URDF.
         out: File of the library.
-        class_name: Class of all files that neither the index nor their name (table__round.obj) says one of.
-        index: CSV file with a column file, and any of class, unit, up, forward, split; empty cells are found.
-        unit: Of all files that the index gives none for.
-        up: Axis that points up, likewise.
-        forward: Axis that the thing's user looks along, likewise: a sitter's or a typist's view.
-        train: Names of models, or patterns such as 'kitchen*', that belong to this split.
-        val: Likewise.
-        test: Likewise; '*' puts all into the test split.
-        seed: Deals out the models that no list names, and sets the joints of URDFs.
+        class_name: Class of the files for which neither the index nor the file name (table__round.obj) gives one.
+        index: CSV file with a column file and any of the columns class, unit, up, forward, split. Empty cells are
+            estimated from the mesh.
+        unit: Unit of the files for which the index gives none.
+        up: Axis that points up in the files for which the index gives none.
+        forward: Axis along which the user of the object looks (a sitter or a typist), for the files for which the
+            index gives none.
+        train: Names of models, or patterns such as 'kitchen*', for the train split.
+        val: Names or patterns for the val split.
+        test: Names or patterns for the test split; '*' puts all models there.
+        seed: Seed that distributes the models that no list names, and sets the joints of URDF files.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]

@@ -17,17 +17,21 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class MocapSettings:
-    """Makes a pose library out of BVH files; files that cannot be used are listed, the others imported.
+    """Makes a library of poses from BVH files.
+
+    Files that cannot be used are listed with the reason, and the others are imported.
 
     Attributes:
-        folder: Where the .bvh files are, at any depth.
+        folder: Folder of the .bvh files, which may lie in subfolders.
         out: File of the library.
-        mapping: TOML file with a table [joints] of role = "joint name", for files with names of their own.
-        distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
-        train: Subjects, or patterns such as '0*', that belong to this split.
-        val: Likewise.
-        test: Likewise; '*' puts all into the test split.
-        seed: Deals out the subjects that no list names.
+        mapping: TOML file with a table [joints] of role = "joint name", for files that follow no known naming
+            convention.
+        distance: Poses of one subject count as duplicates, and only one is kept, if no joint is farther apart than
+            this [m].
+        train: Subjects, or patterns such as '0*', for the train split.
+        val: Subjects or patterns for the val split.
+        test: Subjects or patterns for the test split; '*' puts all subjects there.
+        seed: Seed that distributes the subjects that no list names.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -50,7 +54,7 @@ class MocapSettings:
                 "%-5s %5d standing %5d sitting, subjects %s", split, n_standing, n_sitting, " ".join(subjects)
             )
         for split in sorted(set(SPLITS) - {trial.split for trial in library.trials}):
-            log.warning("no subject was dealt to %s; name some with --%s", split, split)
+            log.warning("the split %s has no subject; name some with --%s", split, split)
         log.info("%d poses in %s, digest %s", len(library), self.out, library.digest[:16])
         return 0
 

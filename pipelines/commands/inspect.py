@@ -15,15 +15,16 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class InspectSettings:
-    """Draws contact sheets of a corpus and writes a page of its statistics.
+    """Draws contact sheets of a corpus and writes a page with its statistics.
 
     Attributes:
-        corpus: Its folder.
-        frames: How many frames are drawn, evenly spread.
-        out: Folder of the pictures; by default the corpus' name with "-inspect", beside it.
-        sensor: Draw the depth as this sensor would see it.
-        zoom: Cut every picture to the person's box times this; 0 shows whole images.
-        allow_incomplete: Take the finished frames of an unfinished corpus.
+        corpus: Folder of the corpus.
+        frames: Number of frames to draw, evenly spread.
+        out: Folder for the pictures. By default it lies beside the corpus and is called like it, with "-inspect"
+            added.
+        sensor: Draw the depth as this sensor would measure it.
+        zoom: Size of each picture relative to the box around the person; 0 shows whole images.
+        allow_incomplete: Use the finished frames of an unfinished corpus.
     """
 
     corpus: Annotated[Path, tyro.conf.Positional]

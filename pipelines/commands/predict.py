@@ -19,27 +19,31 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class PredictSettings:
-    """Finds the joints of the one person in each depth image; writes NAME.json and NAME.overlay.png.
+    """Finds the joints of one person in each depth image and writes NAME.json and NAME.overlay.png.
 
-    Of several images it writes skeletons.jsonl and sheet.png too; those that cannot be read are left out.
+    For several images it also writes skeletons.jsonl and sheet.png. Images that cannot be read are reported and
+    skipped.
 
     Attributes:
-        model: The model's file.
+        model: File of the model.
         depth: A folder of recordings, or depth files: PNG, .npy, .raw, .pcd, .h5.
-        out: Folder of what is written.
-        layout: Name of a known layout or a .toml file; by default found from the folder's contents.
+        out: Folder for the results.
+        layout: Name of a known layout, or a .toml file. By default the layout is found from the contents of the
+            folder.
         camera: Camera preset of images that no layout describes.
         intrinsics: fx fy cx cy of the images [px], instead of a preset.
-        every: Take one image of so many.
-        corpus: Take the images from a corpus instead of files.
+        every: Use every Nth image.
+        corpus: Take the images from this corpus instead of files.
         frame: Frame numbers in the corpus.
-        sensor: Sensor model for the corpus' depth; by default clean depth.
-        box: left top right bottom [px], right and bottom excluded: where the person is; by default everywhere.
-        near: Cut away what is nearer [m].
-        far: Cut away what is farther [m].
-        smooth: The images are a sequence; smooth the joints over time.
-        fps: Images a second of the sequence, before one of `every` is taken.
-        pictures: Write NAME.overlay.png of every image.
+        sensor: Name of a sensor model whose noise is added to the depth of generated frames. By default the depth
+            stays clean.
+        box: Where the person is: left top right bottom [px], right and bottom excluded. By default the whole image
+            is used.
+        near: Ignore depth nearer than this [m].
+        far: Ignore depth farther than this [m].
+        smooth: Treat the images as a sequence and smooth the joints over time.
+        fps: Images per second of the sequence, counted before --every leaves any out.
+        pictures: Write NAME.overlay.png for every image.
     """
 
     model: Annotated[Path, tyro.conf.Positional]
@@ -87,7 +91,7 @@ class PredictSettings:
         n_skipped = run.predict_all(requests)
         log.info("%d images: %s, %s", len(requests) - n_skipped, self.out / LINES_NAME, self.out / SHEET_NAME)
         if n_skipped:
-            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {LINES_NAME} tells why")
+            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {LINES_NAME} gives the reasons")
         return 0
 
     def _check_inputs(self) -> None:
@@ -96,9 +100,9 @@ class PredictSettings:
             raise UserError("give depth images, or --corpus DIR --frame N")
         if self.corpus is not None:
             if not self.frame or self.camera or self.intrinsics or self.layout:
-                raise UserError("--corpus needs --frame N, and brings its camera")
+                raise UserError("--corpus needs --frame N; leave --camera, --intrinsics and --layout out")
             if self.smooth:
-                raise UserError("--smooth needs a sequence of files; frames of a corpus are none")
+                raise UserError("--smooth needs a sequence of files; the frames of a corpus are not a sequence")
             return
         if self.frame or self.sensor:
             raise UserError("--frame and --sensor need --corpus DIR")
@@ -113,5 +117,5 @@ class PredictSettings:
         names = [request.name for request in requests]
         if len(set(names)) < len(names):
             twice = min(name for name in names if names.count(name) > 1)
-            raise UserError(f"several images are called {twice}: what is written would mix")
+            raise UserError(f"several images are called {twice}, so their results would overwrite each other")
         return requests[:: self.every]

@@ -21,12 +21,13 @@ class ReportSettings:
     """Writes the tables, charts and example frames of an ablation as one HTML file.
 
     Attributes:
-        folder: Where `undergrowth ablate` wrote.
-        out: The file; by default report.html in the folder.
-        corpus: The main table's corpus, if it does not lie in the folder any more.
-        recorded: Folders of recorded depth; the page shows what the forests find there.
-        layout: Name of the layout of these folders, or a .toml file; by default found from their contents.
-        camera: Camera preset of these folders, where no layout describes them.
+        folder: Folder that `undergrowth ablate` wrote.
+        out: The HTML file. By default it is report.html in the folder.
+        corpus: The corpus of the main table, if it has been moved out of the folder.
+        recorded: Folders of recorded depth. The page then also shows what the forests find there.
+        layout: Name of the layout of these folders, or a .toml file. By default the layout is found from their
+            contents.
+        camera: Camera preset of these folders, if no layout describes them.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]

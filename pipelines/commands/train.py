@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class TrainSettings:
-    """Settings of training that all kinds of models share; `settings_of` adds the kind's own.
+    """The settings of training that all kinds of forests share. `forest` holds the settings of the kind.
 
     Attributes:
         corpora: Folders of the corpora, whose frames are learned together.
@@ -55,7 +55,7 @@ class TrainSettings:
 
     def __post_init__(self) -> None:
         if not self.corpora:
-            raise ValueError("corpora: name at least one folder")
+            raise ValueError("corpora: give at least one folder")
         for name, least in {"max_frames": 0, "threads": 1}.items():
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)} must be at least {least}")
@@ -80,7 +80,8 @@ class TrainSettings:
         scores = self._train(corpora, frames, validation)
         if scores:
             log.info(
-                "%.1f %% of the val joints within 10 cm (it was tuned on them)", 100 * scores["accuracy_10cm"]
+                "%.1f %% of the joints in the val split are within 10 cm (the forest was tuned on this split)",
+                100 * scores["accuracy_10cm"],
             )
         log.info("%s: %.1f MB", self.out, self.out.stat().st_size / 1e6)
         return 0
@@ -163,7 +164,7 @@ def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) ->
     for train, val in zip(frames.parts, validation.parts, strict=True):
         yield f"training on {len(train)} frames of {train.corpus.path}, tuning on {len(val)}"
     if measured := [str(part.corpus.path) for part in frames.parts if part.sensor != sensor]:
-        yield f"sensor {sensor} measures generated frames alone, those of {', '.join(measured)} stay as recorded"
+        yield f"the noise of {sensor} is not added to the recorded frames of {', '.join(measured)}"
 
 
 def _lacking(frames: JoinedFrames, kind: ModelKind, config: Any) -> Iterator[str]:
@@ -174,7 +175,7 @@ def _lacking(frames: JoinedFrames, kind: ModelKind, config: Any) -> Iterator[str
     """
     is_told = np.any([_joints_told(part) for part in frames.parts], axis=0)
     if untold := [name for name, told in zip(frames.labels.joints, is_told.tolist(), strict=True) if not told]:
-        yield f"no training frame tells where these joints are, nothing is learned of them: {', '.join(untold)}"
+        yield f"these joints are unknown in all training frames and are not learned: {', '.join(untold)}"
     if kind.needs_objects(config) and not _shows_objects(frames):
         yield "no training frame shows an object, so that nothing is learned of objects"
 
@@ -189,7 +190,9 @@ def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
         raise UserError(f"{frames.corpus.path} has no frames of the split train")
     is_told: NDArray[np.bool_] = frames.corpus.arrays("joint_state", frames.indices) != JointState.UNKNOWN
     if not is_told.any():
-        raise UserError(f"{frames.corpus.path} cannot be trained on: its training frames tell no joints")
+        raise UserError(
+            f"{frames.corpus.path} cannot be used for training: no joint is known in its training frames"
+        )
     return np.asarray(is_told.any(axis=0))
 
 

@@ -20,12 +20,12 @@ MAX_SHOWN = 20
 
 @dataclass(frozen=True)
 class VerifySettings:
-    """Checks a corpus: digests, laws of every frame, splits; exit code 1 if anything is wrong.
+    """Checks the digests, labels and splits of a corpus. The exit code is 1 if anything is wrong.
 
     Attributes:
-        corpus: Its folder.
-        allow_incomplete: Check the finished shards of an unfinished corpus.
-        digests_only: Leave the laws out.
+        corpus: Folder of the corpus.
+        allow_incomplete: Check the finished shards of an unfinished corpus instead of reporting it as unfinished.
+        digests_only: Check only the digests, not the contents of the frames.
     """
 
     corpus: Annotated[Path, tyro.conf.Positional]
@@ -45,5 +45,5 @@ class VerifySettings:
             log.info("and %d more", n_faults - MAX_SHOWN)
         if n_faults:
             raise CorpusError(f"{self.corpus} has {n_faults} faults")
-        log.info("%s is sound: %d frames", self.corpus, len(corpus))
+        log.info("%s is valid: %d frames", self.corpus, len(corpus))
         return 0

@@ -53,7 +53,7 @@ def shard_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
         elif hashlib.sha256(path.read_bytes()).hexdigest() != line.sha256[name]:
             hit = _damaged_frames(corpus, line, name)
             which = f"frame {', '.join(map(str, hit))}" if hit else frames
-            yield f"shard {line.shard} ({which}): {path} is damaged: its digest is not the manifest's"
+            yield f"shard {line.shard} ({which}): {path} is damaged: its digest differs from the manifest"
     yield from _record_faults(corpus, line)
 
 

@@ -89,7 +89,7 @@ def _refuse_other_order(root: Path, header: Header, order: Order) -> None:
         there, here = getattr(header, name), asked[name]
         if there != here:
             difference = first_difference(name, there, here)
-            raise UserError(f"{root} holds another corpus: {difference}; choose another folder")
+            raise UserError(f"{root} holds a corpus with other settings: {difference}; choose another folder")
 
 
 def first_difference(name: str, there: object, here: object) -> str:

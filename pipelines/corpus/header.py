@@ -167,7 +167,7 @@ def read_header(root: Path) -> Header:
     try:
         document = json.loads(path.read_bytes())
     except (FileNotFoundError, NotADirectoryError):
-        raise CorpusError(f"{root} is no corpus: it has no {HEADER_NAME}") from None
+        raise CorpusError(f"{root} is not a corpus: it has no {HEADER_NAME}") from None
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise CorpusError(f"{path} is damaged: {error}") from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
@@ -176,7 +176,7 @@ def read_header(root: Path) -> Header:
     if version != SCHEMA_VERSION:
         raise CorpusError(f"{path} has schema version {version}; this program reads version {SCHEMA_VERSION}")
     if document.get("digest") != digest_of(document):
-        raise CorpusError(f"{path} is damaged: its digest does not fit its contents")
+        raise CorpusError(f"{path} is damaged: its digest does not match its contents")
     _check_labels(path, document.get("labels"))
     names = Header.__dataclass_fields__
     return Header(**{name: document[name] for name in names})

@@ -49,7 +49,7 @@ def open_corpora(paths: Sequence[Path]) -> tuple[Corpus, ...]:
     for corpus in corpora:
         other = first.setdefault(corpus.digest, corpus.path)
         if other is not corpus.path:
-            raise CorpusError(f"{other} and {corpus.path} are the same corpus; name it once")
+            raise CorpusError(f"{other} and {corpus.path} are the same corpus; give it only once")
     return corpora
 
 

@@ -54,7 +54,7 @@ def hidden_layer(
     hidden_depth, hidden_part = np.empty(depth.shape, np.uint16), np.empty(depth.shape, np.uint8)
     if _take_apart(*flat, hidden_depth.reshape(-1), hidden_part.reshape(-1)):
         n_wrong = np.count_nonzero((part > 0) & (body_part == 0))
-        raise ValueError(f"a person is seen in {n_wrong} pixels where the body layer has none")
+        raise ValueError(f"the composite shows a person in {n_wrong} pixels where the body layer has none")
     return hidden_depth, hidden_part
 
 

@@ -59,10 +59,10 @@ class Corpus:
         lines = read_manifest(root)
         for shard, line in lines.items():
             if not 0 <= shard < header.n_shards or line.n_frames != len(header.frames_of(shard)):
-                raise CorpusError(f"{root / MANIFEST_NAME} is damaged: it names shard {shard} with other frames")
+                raise CorpusError(f"{root / MANIFEST_NAME} is damaged: shard {shard} has the wrong frames")
         if len(lines) < header.n_shards and not allow_incomplete:
             n_done = sum(line.n_frames for line in lines.values())
-            raise CorpusError(f"{root} is unfinished: {n_done} of {header.n_frames} frames are there")
+            raise CorpusError(f"{root} is unfinished: {n_done} of {header.n_frames} frames exist")
         check_splits(root, lines)
         return cls(root, header, lines)
 
@@ -122,8 +122,8 @@ class Corpus:
             raise CorpusError(f"sensor {sensor!r} is unknown; known are {', '.join(SENSOR_NAMES)}")
         if self.header.is_recorded and sensor != "ideal":
             raise CorpusError(
-                f"sensor={sensor!r} would be a second one: {self.path} holds recorded frames, "
-                "which are measured already; leave --sensor out"
+                f"sensor={sensor!r} cannot be applied: {self.path} holds recorded frames, "
+                "which already have the noise of a real sensor; leave --sensor out"
             )
 
     def arrays(self, name: str, indices: ArrayLike | None = None, sensor: str | None = None) -> np.ndarray:
@@ -150,7 +150,7 @@ class Corpus:
         if sensor is None:
             return values
         if name != "depth":
-            raise CorpusError(f"sensor={sensor!r} changes depth alone, not {name}")
+            raise CorpusError(f"sensor={sensor!r} changes only depth, not {name}")
         return np.stack([self._sensed(sensor, int(i), image) for i, image in zip(numbers, values, strict=True)])
 
     def frame(self, index: int, sensor: str | None = None) -> Frame:
@@ -222,7 +222,9 @@ class Corpus:
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise CorpusError(f"the record of frame {number} of {self.path} is damaged: {error}") from None
         if record[0].index != number:
-            raise CorpusError(f"the record of frame {number} of {self.path} is damaged: it is another frame's")
+            raise CorpusError(
+                f"the record of frame {number} of {self.path} is damaged: it belongs to another frame"
+            )
         return record
 
     def _sensed(self, sensor: str, index: int, depth: np.ndarray) -> np.ndarray:

@@ -130,7 +130,7 @@ def _in_processes(
                 yield line
     except BrokenProcessPool:
         raise UserError(
-            "a worker process died (killed, or out of memory); run the same command to go on"
+            "a worker process died (it was killed, or memory ran out); run the same command to continue"
         ) from None
     finally:
         stop.send_bytes(b"stop")

@@ -78,7 +78,7 @@ def _with_crc(data: bytes) -> bytes:
 
 def _without_crc(data: bytes, what: str) -> bytes:
     if len(data) < 4 or google_crc32c.value(data[:-4]) != int.from_bytes(data[-4:], "little"):
-        raise CorpusError(f"{what} is damaged: its checksum does not fit")
+        raise CorpusError(f"{what} is damaged: its checksum does not match")
     return data[:-4]
 
 
@@ -128,7 +128,9 @@ def read_plain(path: Path, item: Field) -> np.ndarray:
     data = _without_crc(_read_file(path), str(path))
     shape = (SHARD_FRAMES, *item.shape)
     if len(data) != int(np.prod(shape)) * item.numpy_dtype.itemsize:
-        raise CorpusError(f"{path} is damaged: it holds {len(data)} bytes, not those of {shape} {item.dtype}")
+        raise CorpusError(
+            f"{path} is damaged: it holds {len(data)} bytes, which is the wrong number for {shape} {item.dtype}"
+        )
     return np.frombuffer(data, dtype=item.numpy_dtype).reshape(shape)
 
 
@@ -159,7 +161,7 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
                 if offset == _ABSENT:
                     continue
                 if offset + n_bytes > size - _INDEX_BYTES:
-                    raise CorpusError(f"{item.name} of frame {first + slot} in {path} is damaged: cut short")
+                    raise CorpusError(f"{item.name} of frame {first + slot} in {path} is damaged: it is cut short")
                 file.seek(offset)
                 out[row] = _decode_map(file.read(n_bytes), item, f"{item.name} of frame {first + slot} in {path}")
     except FileNotFoundError:

@@ -45,7 +45,7 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
         raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
     corpus.check_sensor(sensor)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"{out} holds files already; choose a new or an empty folder")
+        raise UserError(f"{out} is not empty; choose a new or empty folder")
     parts = {split: corpus.split(split) for split in splits}
     beside = out.with_name(out.name + ".part")
     shutil.rmtree(beside, ignore_errors=True)

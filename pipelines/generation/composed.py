@@ -69,9 +69,9 @@ def open_recorded(path: Path) -> Corpus:
     corpus = Corpus.open(path)
     config = corpus.header.config
     if "import" not in config:
-        raise UserError(f"--into {path} must be a corpus of `undergrowth import depth`")
+        raise UserError(f"--into {path} must be a corpus made by `undergrowth import depth`")
     if config["import"]["parts"] == "none":
-        raise UserError(f"--into {path}: its recordings have no joints, so that nothing tells what objects hide")
+        raise UserError(f"--into {path}: its recordings have no joints that objects could occlude")
     return corpus
 
 
@@ -145,5 +145,5 @@ def make_composed(
     try:
         _ = source.description
     except (ImportError, RuntimeError) as error:
-        raise UserError(f"renderer {renderer} does not start: {error}") from error
+        raise UserError(f"the renderer {renderer} cannot start: {error}") from error
     return source

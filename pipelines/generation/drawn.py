@@ -61,4 +61,4 @@ def make_source(
     try:
         return FrameSource(scene, seed, n_frames, renderer, pose_source, object_source)
     except (ImportError, RuntimeError) as error:
-        raise UserError(f"renderer {renderer} does not start: {error}") from error
+        raise UserError(f"the renderer {renderer} cannot start: {error}") from error

@@ -74,7 +74,7 @@ def find_floor(corpus: Corpus) -> Floor:
     people = [points for i in corpus.indices[np.unique(places)] if len(points := _standing_points(corpus[int(i)]))]
     if not people:
         raise UserError(
-            f"{corpus.path} does not tell where the floor is: no frame shows a person down to the feet; give the "
+            f"{corpus.path} does not show where the floor is: no frame shows a person down to the feet; give the "
             "camera's height_m and tilt_deg in the layout"
         )
     floor = Floor()
@@ -83,7 +83,7 @@ def find_floor(corpus: Corpus) -> Floor:
         floor = fit_floor(np.stack([_lowest(points, up) for points in people]))
     if max(abs(floor.slope_x), abs(floor.slope_y)) > MAX_SLOPE or not floor.height < 0.0:
         raise UserError(
-            f"{corpus.path} does not tell where the floor is: the lowest points lie {-floor.height:.2f} m "
+            f"{corpus.path} does not show where the floor is: the lowest points lie {-floor.height:.2f} m "
             f"below the camera, sloping by {floor.slope_x:.2f} and {floor.slope_y:.2f}; give the "
             "camera's height_m and tilt_deg in the layout"
         )

@@ -51,7 +51,7 @@ def parse_shares(text: str) -> tuple[float, float, float]:
         try:
             shares[split] = float(number)
         except ValueError:
-            raise UserError(f"splits={text!r} must read like train=0.5,val=0,test=0.5") from None
+            raise UserError(f"splits={text!r} must have the form train=0.5,val=0,test=0.5") from None
     if not all(share >= 0.0 for share in shares.values()) or abs(sum(shares.values()) - 1.0) > 1e-6:
         raise UserError(f"splits={text!r} must be shares that sum to 1")
     return shares["train"], shares["val"], shares["test"]

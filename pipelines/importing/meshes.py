@@ -63,7 +63,7 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
         raise UserError(f"{folder} is no folder")
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in USUAL_UP)
     if not files:
-        raise UserError(f"{folder} has no files of the kinds {', '.join(USUAL_UP)}")
+        raise UserError(f"{folder} has no files of these kinds: {', '.join(USUAL_UP)}")
     missing = sorted(set(options.index) - {path.name for path in files})
     if missing:
         raise UserError(f"the index lists {missing[0]}, which is not in {folder}")
@@ -73,7 +73,7 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
         try:
             model = _import(path, options.index.get(path.name, {}), options)
             if model.name in models:
-                raise MeshError(f"is model {model.name} again")
+                raise MeshError(f"has the same name as another model: {model.name}")
             models[model.name] = model
         except (MeshError, OSError) as error:
             refused.append(f"refused: {path} {error}")
@@ -121,7 +121,7 @@ def _import(path: Path, row: Mapping[str, str], options: MeshOptions) -> MeshMod
     word = row.get("class") or (prefix if rest and class_of(prefix) else options.class_name or prefix)
     class_name = class_of(word)
     if class_name is None:
-        raise MeshError(f"is of unknown class {word!r}, {_known_classes()}; give --class or an index")
+        raise MeshError(f"has the unknown class {word!r}, {_known_classes()}; give --class or an index")
     hints = Hints(
         unit=row.get("unit") or options.hints.unit or prescribed_unit(path),
         up=row.get("up") or options.hints.up,

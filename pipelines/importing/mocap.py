@@ -147,11 +147,11 @@ def _read(path: Path, earlier: Sequence[Recording], options: MocapOptions) -> Re
     name, subject = trial_and_subject(path)
     for recording in earlier:
         if recording.trial.name == name:
-            raise MocapError(f"is trial {name} again, which {recording.trial.file} gave already")
+            raise MocapError(f"is trial {name} again, which was already read from {recording.trial.file}")
     bvh = parse_bvh(path.read_text(encoding="utf-8-sig"))
     n_frames = len(bvh.values) + bvh.n_broken
     if n_frames < bvh.n_promised:
-        log.warning("%s was cut: it has %d of %d frames", path, n_frames, bvh.n_promised)
+        log.warning("%s was cut off: it has %d of %d frames", path, n_frames, bvh.n_promised)
     if bvh.n_broken:
         log.warning("%s: NaN or infinity in %d of %d frames, which are dropped", path, bvh.n_broken, n_frames)
     taken = _thinned(bvh)
@@ -213,7 +213,7 @@ def _library(recordings: Sequence[Recording], distance: float) -> PoseLibrary:
     n_kept, n_fitting = (np.bincount(whole.trial[rows], minlength=len(recordings)) for rows in (kept, fitting))
     for k, recording in enumerate(recordings):
         log.info(
-            "%-5s %-24s %5d frames, %3d T-poses, %4d on no support, %4d alike, %3d do not fit, %4d kept",
+            "%-5s %-24s %5d frames, %3d T-poses, %4d unsupported, %4d duplicates, %3d do not fit, %4d kept",
             recording.trial.split, recording.trial.file, recording.n_frames, recording.n_t_poses,
             recording.n_frames - recording.n_open - recording.n_t_poses, recording.n_open - n_kept[k],
             n_kept[k] - n_fitting[k], n_fitting[k],

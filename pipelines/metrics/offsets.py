@@ -72,7 +72,9 @@ def frames_apart(corpus: Corpus, split: str, n_frames: int) -> tuple[NDArray[np.
     if len(others):
         return others[at_most(len(others), n_frames)], own
     if 0 < len(own) <= n_frames:
-        raise UserError(f"joint_offsets={n_frames} leaves none of the {len(own)} frames of {split} to be scored")
+        raise UserError(
+            f"joint_offsets={n_frames} uses all {len(own)} frames of {split}, so none is left to score"
+        )
     return own[:n_frames], own[n_frames:]
 
 

@@ -113,7 +113,7 @@ def predict_frames(
         UserError: A joint that the corpus does not have, or an answer of another shape.
     """
     if not len(frames):
-        raise UserError("there are no frames to be scored on")
+        raise UserError("there are no frames to score")
     own = truths.of_joints(contestant.joints)
     # The first answer may load or compile kernels; that is not the model's time.
     _ask(contestant, frames, 0)
@@ -141,7 +141,9 @@ def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
     n_joints = len(contestant.joints)
     if estimate.proposals.ndim != 3 or estimate.proposals.shape[::2] != (n_joints, 3):
         shape = estimate.proposals.shape
-        raise UserError(f"{contestant.method} answers proposals {shape}, must be ({n_joints}, n_proposals, 3)")
+        raise UserError(
+            f"{contestant.method} returned proposals of shape {shape}, must be ({n_joints}, n_proposals, 3)"
+        )
     if contestant.classes is None:
         return _Answer(estimate, seconds, None)
     given = cast("PixelLabeller", contestant.predictor).label_pixels(frame.depth, frame.camera)

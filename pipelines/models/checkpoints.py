@@ -82,8 +82,8 @@ class TreeFolder(Generic[TreeT]):
             if there != self._settings:
                 difference = first_difference("", there, self._settings).lstrip(".")
                 raise UserError(
-                    f"{self.path} holds trees of another training: {difference}; "
-                    "finish that one, or give --overwrite to drop them"
+                    f"{self.path} holds trees trained with other settings: {difference}; "
+                    "finish that training, or give --overwrite to delete them"
                 )
 
     def _file(self, tree: int) -> Path:

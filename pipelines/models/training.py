@@ -85,6 +85,6 @@ def check_target(path: Path, overwrite: bool) -> None:
     try:
         read_model(path)
     except ModelFileError as error:
-        raise UserError(f"{error}; it is not overwritten, choose another file") from None
+        raise UserError(f"{error}; it will not be overwritten, so choose another file") from None
     if not overwrite:
         raise UserError(f"{path} exists already; add --overwrite to replace it")

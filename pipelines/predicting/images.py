@@ -84,11 +84,13 @@ def recorded_requests(paths: Sequence[Path], layout: str | None, camera: GivenCa
         UserError: The folder is not there or empty, no layout is found, or it and a camera are given.
     """
     if layout is not None and camera is not None:
-        raise UserError("a layout brings its camera: give --layout, or --camera or --intrinsics")
+        raise UserError("a layout defines its camera: give either --layout, or --camera or --intrinsics")
     if not any(path.is_dir() for path in paths):
         return _of_files(paths, layout, camera)
     if len(paths) > 1:
-        raise UserError(f"give one folder, or files; {len(paths)} were given, and there is a folder among them")
+        raise UserError(
+            f"give one folder, or files only; {len(paths)} paths were given, and at least one is a folder"
+        )
     name, chosen = recording_layout(paths[0], layout, camera)
     return layout_requests(list_files(paths[0], chosen.files), name, chosen)
 
@@ -100,7 +102,7 @@ def recording_layout(folder: Path, layout: str | None, camera: GivenCamera | Non
         UserError: There is no such folder, or nothing says how it reads.
     """
     if not folder.is_dir():
-        raise UserError(f"{folder} is no folder")
+        raise UserError(f"{folder} is not a folder")
     if camera is not None:
         return folder.resolve().name, folder_layout(folder, camera)
     try:

@@ -161,7 +161,7 @@ class PredictionRun:
     def _tell(self, answer: Answer) -> None:
         n_found = int((answer.estimate.confidence > 0).sum())
         n_joints = len(self.contestant.joints)
-        log.info("%s: %d of %d joints, %s", answer.request.source, n_found, n_joints, self._path(answer))
+        log.info("%s: found %d of %d joints, %s", answer.request.source, n_found, n_joints, self._path(answer))
 
     def _document(self, answer: Answer) -> dict[str, Any]:
         height, width = answer.image.depth.shape

@@ -33,7 +33,7 @@ def read_depth(path: Path) -> NDArray[np.uint16]:
 
 def _png(path: Path, data: bytes) -> NDArray[np.uint16]:
     if b"IEND" not in data[-64:]:
-        raise UserError(f"{path} is damaged: the PNG ends before its end")
+        raise UserError(f"{path} is damaged: the PNG is incomplete")
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
@@ -52,7 +52,7 @@ def _npy(path: Path) -> NDArray[np.uint16]:
         # Mapped, so that a header cannot ask for more memory than the file has bytes.
         mapped = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError):
-        raise UserError(f"{path} is damaged, or holds no plain array") from None
+        raise UserError(f"{path} is damaged, or does not hold a plain array") from None
     try:
         return np.array(check_depth(mapped))
     except ValueError as error:

@@ -81,10 +81,9 @@ def read_person(entry: Entry, layout: Layout, smallest_share: float = SMALLEST_B
     Raises:
         UserError: The file is missing, damaged, other than the layout says, or shows no person.
     """
-    if entry.itop is None:
-        depth = read_image(entry.path, layout)
-    else:
-        depth = read_depth_row(entry.itop, entry.tick, layout)
+    depth = (
+        read_image(entry.path, layout) if entry.itop is None else read_depth_row(entry.itop, entry.tick, layout)
+    )
     image = drop_blobs(cut_out(depth, entry.box), smallest_share)
     if not image.any():
         raise UserError(f"{entry.path} shows no person within the layout's foreground")

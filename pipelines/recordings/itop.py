@@ -47,7 +47,7 @@ def read_index(depth: Path, labels: Path | None, layout: Layout) -> ItopIndex:
             raise UserError(f"{depth}: {DEPTH_KEY} is {data.shape}, must be {allowed[0]} or {allowed[1]}")
         names = [_text(value) for value in file["id"][()]] if "id" in file else [""] * n
     if len(names) != n:
-        raise UserError(f"{depth} has {len(names)} identifiers of {n} frames")
+        raise UserError(f"{depth} has {len(names)} identifiers for {n} frames")
     rows = tuple(range(n)) if labels is None else _valid_rows(labels, depth, n)
     return ItopIndex(depth, labels, rows, tuple(names[row].split("_")[0] for row in rows))
 
@@ -56,7 +56,7 @@ def _valid_rows(labels: Path, depth: Path, n: int) -> tuple[int, ...]:
     with _opened(labels) as file:
         joints = _array(file, labels, JOINTS_KEY)
         if joints.shape[0] != n:
-            raise UserError(f"{labels} holds joints of {joints.shape[0]} frames, {depth} has {n}")
+            raise UserError(f"{labels} holds joints of {joints.shape[0]} frames, but {depth} has {n} frames")
         is_valid = np.asarray(file["is_valid"][()] if "is_valid" in file else np.ones(n), bool)
     return tuple(int(row) for row in np.flatnonzero(is_valid))
 
@@ -84,7 +84,7 @@ def read_joint_row(index: ItopIndex, row: int) -> NDArray[np.float64]:
         UserError: There is no file of joints.
     """
     if index.labels is None:
-        raise UserError(f"{index.depth} has no joints: there is no file of them beside it")
+        raise UserError(f"{index.depth} has no joints: there is no file of labels beside it")
     with _opened(index.labels) as file:
         return np.asarray(file[JOINTS_KEY][row], np.float64)
 

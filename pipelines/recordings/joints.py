@@ -45,7 +45,7 @@ def read_joint_file(path: Path, annotation: Annotation) -> NDArray[np.float64]:
     except FileNotFoundError:
         raise UserError(f"there is no file {path}") from None
     except (ValueError, UnicodeDecodeError):
-        raise UserError(f"{path} is no table of numbers") from None
+        raise UserError(f"{path} is not a table of numbers") from None
     return checked_joints(table, annotation, str(path))
 
 
@@ -57,12 +57,12 @@ def checked_joints(table: NDArray[np.float64], annotation: Annotation, what: str
     """
     shape = (len(annotation.names), 3)
     if table.shape != shape:
-        raise UserError(f"{what} holds joints {table.shape}, the layout says {shape}")
+        raise UserError(f"{what} holds joints of shape {table.shape}, but the layout says {shape}")
     for name, point in zip(annotation.names, table, strict=True):
         if not np.isfinite(point).all():
             raise UserError(f"{what}: joint {name} is {point.tolist()}, must be finite")
         if not point[2] > 0.0:
-            raise UserError(f"{what}: joint {name} at z = {point[2]:g} m is not before the camera")
+            raise UserError(f"{what}: joint {name} at z = {point[2]:g} m is not in front of the camera")
     return table
 
 

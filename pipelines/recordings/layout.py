@@ -54,7 +54,9 @@ class Box:
         if len(self.pixels) not in (0, 4):
             raise ValueError(f"pixels={list(self.pixels)} must be empty or left, top, right, bottom")
         if not (self.near >= 0.0 and (self.far == 0.0 or self.far > self.near)):
-            raise ValueError(f"near={self.near}, far={self.far} must rise from 0; far=0 is without end")
+            raise ValueError(
+                f"near={self.near}, far={self.far} must satisfy 0 <= near < far; far=0 means no limit"
+            )
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         if self.files.count("*") > 1:
-            raise ValueError(f"files={self.files!r} must hold one * at most")
+            raise ValueError(f"files={self.files!r} must contain at most one *")
         if not self.mm_per_unit > 0.0:
             raise ValueError(f"mm_per_unit={self.mm_per_unit} must be positive")
         if self.format == "itop" and self.annotation is None:
@@ -195,8 +197,8 @@ def choose_layout(folder: Path, wanted: str | None) -> tuple[str, Layout]:
     if len(found) == 1:
         return found[0], known[found[0]]
     if found:
-        raise UserError(f"{folder} reads as {' and '.join(found)}; choose one with --layout")
-    raise UserError(f"{folder} is of no known layout ({listed}); describe it in a .toml file and give --layout")
+        raise UserError(f"{folder} fits the layouts {' and '.join(found)}; choose one with --layout")
+    raise UserError(f"{folder} fits no known layout ({listed}); describe it in a .toml file and give --layout")
 
 
 def recognised(folder: Path) -> list[str]:

@@ -36,7 +36,7 @@ def read_cloud_depth(path: Path) -> NDArray[np.float64]:
         )
         way = header["DATA"][0]
     except (KeyError, ValueError, TypeError, IndexError) as error:
-        raise UserError(f"{path} is damaged: its PCD header does not read ({error})") from None
+        raise UserError(f"{path} is damaged: its PCD header cannot be read ({error})") from None
     if "z" not in (dtype.names or ()) or way not in _DATA or height < 2:
         raise UserError(f"{path} must be an organised cloud with a field z, stored as one of {', '.join(_DATA)}")
     try:
@@ -53,7 +53,7 @@ def _split(path: Path, content: bytes) -> tuple[dict[str, list[str]], bytes]:
     while "DATA" not in header:
         line, end, rest = rest.partition(b"\n")
         if not end or len(line) > 1000:
-            raise UserError(f"{path} is no PCD file: its header does not end")
+            raise UserError(f"{path} is not a PCD file: its header has no end")
         words = line.decode("latin-1").split("#")[0].split()
         if words:
             header[words[0]] = words[1:]
@@ -71,10 +71,10 @@ def _z_values(body: bytes, dtype: np.dtype, n: int, way: str) -> NDArray:
         return np.frombuffer(body, dtype, n)["z"]
     n_packed, n_plain = (int(v) for v in np.frombuffer(body[:8], "<u4"))
     if n_plain != n * dtype.itemsize or len(body) < 8 + n_packed:
-        raise ValueError("its packed points are cut short, or of another number")
+        raise ValueError("its compressed points are cut short or have the wrong number")
     plain = np.empty(n_plain, np.uint8)
     if _unpack(np.frombuffer(body, np.uint8, n_packed, 8), plain) != n_plain:
-        raise ValueError("its packed points do not unpack")
+        raise ValueError("its compressed points cannot be decompressed")
     # Packed points lie field by field.
     assert dtype.fields is not None
     kind, offset = dtype.fields["z"][:2]

@@ -63,8 +63,8 @@ def file_layout(path: Path, camera: GivenCamera) -> Layout:
     height, width = READERS[kind](path, layout).shape
     if camera.size is not None and camera.size != (width, height):
         raise UserError(
-            f"{path} is {width}x{height}, but camera {camera.name} gives {camera.size[0]}x{camera.size[1]}; "
-            "give --intrinsics for cut or scaled images"
+            f"{path} is {width}x{height}, but the camera {camera.name} has {camera.size[0]}x{camera.size[1]}; "
+            "give --intrinsics for cropped or scaled images"
         )
     return replace(layout, width=width, height=height)
 
@@ -72,7 +72,7 @@ def file_layout(path: Path, camera: GivenCamera) -> Layout:
 def _sized_layout(path: Path, kind: Format, camera: GivenCamera) -> Layout:
     """Of a file that does not tell the size of its images."""
     if camera.size is None:
-        raise UserError(f"{path} does not tell the size of its images: give --camera NAME or --layout")
+        raise UserError(f"{path} does not contain the size of its images; give --camera NAME or --layout")
     width, height = camera.size
     if kind == "itop":
         return replace(known_layouts()["itop"], width=width, height=height, camera=camera.values)
@@ -92,7 +92,7 @@ def folder_layout(folder: Path, camera: GivenCamera) -> Layout:
         raise UserError(f"{folder} has no depth files: none ends in {', '.join(SUFFIXES)}")
     if len(suffixes) > 1:
         raise UserError(
-            f"{folder} has files {' and '.join(suffixes)}: say which are depth, in a layout or by name"
+            f"{folder} has files of several kinds ({' and '.join(suffixes)}); give the depth files by name"
         )
     reasons = []
     for path in paths:
@@ -101,4 +101,4 @@ def folder_layout(folder: Path, camera: GivenCamera) -> Layout:
             return layout if layout.format == "itop" else replace(layout, files=f"*{suffixes[0]}")
         except UserError as error:
             reasons.append(str(error))
-    raise UserError(f"{folder} has no file that can be read; the first: {reasons[0]}")
+    raise UserError(f"{folder} has no file that can be read; the first one failed: {reasons[0]}")

@@ -24,7 +24,7 @@ def read_image(path: Path, layout: Layout) -> DepthImage:
     image = READERS[layout.format](path, layout)
     if image.shape != (layout.height, layout.width):
         size, given = f"{layout.width}x{layout.height}", "x".join(map(str, image.shape[::-1]))
-        raise UserError(f"{path} is {given} pixels, the layout says {size}")
+        raise UserError(f"{path} has {given} pixels, but the layout says {size}")
     return image
 
 
@@ -50,7 +50,7 @@ def _npy(path: Path, layout: Layout) -> DepthImage:
         # Mapped, so that a header cannot ask for more memory than the file has bytes.
         image = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError):
-        raise UserError(f"{path} is damaged, or holds no plain array") from None
+        raise UserError(f"{path} is damaged, or does not hold a plain array") from None
     if image.dtype.kind == "f" and image.ndim == 2:
         return millimetres(image)
     return _plain(path, layout)

@@ -93,7 +93,7 @@ def read_document(path: Path) -> dict:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise UserError(f"{path.parent} holds no ablation: it has no {path.name}") from None
+        raise UserError(f"{path.parent} is not the folder of an ablation: it has no {path.name}") from None
     except ValueError as error:
         raise UserError(f"{path} is damaged: {error}") from None
     found = (document.get("schema"), document.get("schema_version")) if isinstance(document, dict) else None
@@ -105,7 +105,7 @@ def read_document(path: Path) -> dict:
 def _read_rows(folder: Path, training: Mapping[str, Any]) -> Results:
     results, context = read_results(folder / training["rows"]["file"])
     if context.get("key") != training["rows"]["key"] or len(results) != 1:
-        raise UserError(f"{folder / training['rows']['file']} holds other rows than {DOCUMENT_NAME} names")
+        raise UserError(f"{folder / training['rows']['file']} is not the file of rows that {DOCUMENT_NAME} names")
     return results[0]
 
 
@@ -120,5 +120,7 @@ def _open_corpus(folder: Path, document: Mapping[str, Any], given: Path | None) 
         return None
     digest = next(item["digest"] for item in document["corpora"] if item["folder"] == name)
     if corpus.digest != digest:
-        raise UserError(f"{path} has the digest {corpus.digest}, the ablation was made on {digest}")
+        raise UserError(
+            f"{path} has the digest {corpus.digest}, but the ablation used a corpus with the digest {digest}"
+        )
     return corpus

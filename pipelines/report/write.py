@@ -65,7 +65,7 @@ def recordings_of(source: Source, folders: Sequence[Folder]) -> list[Recording]:
     """
     models = first_models(source) if folders else {}
     if folders and not models:
-        raise UserError(f"{source.folder} holds no models, so that none can be asked about recorded frames")
+        raise UserError(f"{source.folder} holds no models that could predict the recorded frames")
     contestants = {name: model.contestant for name, model in models.items()}
     recordings = [ask_recording(folder, contestants) for folder in folders]
     for recording in recordings:

@@ -11,16 +11,16 @@ DRAWS_PER_BLOCK = 60
 
 @dataclass(frozen=True)
 class SceneWeights:
-    """How often each scene family is drawn; any non-negative numbers, not all zero.
+    """How often each scene family is drawn. The weights are non-negative numbers and not all zero.
 
     Attributes:
-        unhidden: A person alone, or on a seat; nothing else.
-        table: Sitting or standing at a table.
-        laptop_table: Typing on a laptop that stands on a table.
-        laptop_lap: Typing on a laptop on the lap.
-        stroller: Pushing a stroller.
+        unhidden: A person alone, or with a seat and nothing else.
+        table: A person who sits or stands at a table.
+        laptop_table: A person who types on a laptop that stands on a table.
+        laptop_lap: A person who types on a laptop on their lap.
+        stroller: A person who pushes a stroller.
         clutter: An unrelated object between the camera and the person.
-        several: A scene with a table or a stroller and unrelated objects besides.
+        several: A scene with a table or a stroller, and further unrelated objects.
     """
 
     unhidden: float = 0.12
@@ -47,7 +47,7 @@ class SceneWeights:
 
 @dataclass(frozen=True)
 class SplitShares:
-    """Share of the frames in each split; any non-negative numbers, not all zero."""
+    """The share of the frames in each split. The shares are non-negative numbers and not all zero."""
 
     train: float = 0.70
     val: float = 0.10
@@ -71,30 +71,32 @@ class SplitShares:
 
 @dataclass(frozen=True)
 class SceneConfig:
-    """Everything that a corpus's scenes depend on besides the seed.
+    """Everything that the scenes of a corpus depend on, except the seed.
 
     Attributes:
         scenes: Weights of the scene families.
-        splits: Shares of train, val and test; the three share no subject, object or pose draw.
-        camera: Name of a camera preset, or "custom" for `intrinsics`.
-        intrinsics: Image size and pinhole (width, height, fx, fy, cx, cy) of the custom camera [px].
-        mounting: Name of a mounting preset: ranges of the camera's height, pitch and distance.
-        distance: Range of the horizontal distance camera to person [m]; replaces the mounting's.
-        height: Range of the camera's height [m]; replaces the mounting's.
-        azimuth: Range of the camera's bearing seen from the person [rad]; 0 is in front, positive to their left.
-        clearance: Range of the gap between the surfaces of person and object, but for contacts [m].
-        visible_share: Range of the person's visible pixels over those without objects, in scenes with objects.
-        seated_share: Share of the people without objects, or behind unrelated ones, who sit.
-        standing_at_table_share: Share of the scenes at a table without a laptop in which the person stands.
-        exercising_share: Share of those who stand without objects, or behind unrelated ones, who exercise: arms
-            anywhere, squats, lunges, raised legs.
-        is_context_kept: Whether object class and pose are related as in life; if not, they are drawn independently
-            of each other with the same frequencies.
-        frames_per_subject: Most frames that a body serves on average.
-        frames_per_object: Likewise for each object class's objects.
+        splits: Shares of train, val and test. No subject, object or drawn pose occurs in two of them.
+        camera: Name of a camera preset, or "custom" to use `intrinsics`.
+        intrinsics: Image size and pinhole parameters (width, height, fx, fy, cx, cy) of the custom camera [px].
+        mounting: Name of a mounting preset, which gives ranges of the camera's height, pitch and distance.
+        distance: Range of the horizontal distance from camera to person [m]. It replaces the range of the
+            mounting.
+        height: Range of the camera's height above the floor [m]. It replaces the range of the mounting.
+        azimuth: Range of the direction of the camera as seen from the person [rad]; 0 is in front of the person,
+            positive angles are on their left.
+        clearance: Range of the gap between the surfaces of person and object, except at declared contacts [m].
+        visible_share: Range of the share of the person's pixels that stay visible, in scenes with objects.
+        seated_share: Share of seated people among those without objects or behind unrelated objects.
+        standing_at_table_share: Share of standing people in scenes of the family table.
+        exercising_share: Share of exercising people among those who stand without objects or behind unrelated
+            ones. They move the arms anywhere, squat, lunge and raise legs.
+        is_context_kept: Whether object class and pose are related as in everyday life. If not, they are drawn
+            independently of each other with the same frequencies.
+        frames_per_subject: Largest average number of frames that show the same subject.
+        frames_per_object: Largest average number of frames that show the same object of a class.
         child_share: Share of subjects under 18 years.
-        stature: Range that adults' statures are drawn evenly from [m], at the mass index of the population's draw;
-            by default the population's statures, among which the very tall are rare.
+        stature: Range from which the statures of adults are drawn evenly [m]; the body mass index stays that of
+            the population. By default statures follow the population, in which very tall people are rare.
     """
 
     scenes: SceneWeights = field(default_factory=SceneWeights)

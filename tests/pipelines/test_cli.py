@@ -27,7 +27,7 @@ def test_an_unknown_command_lists_the_known(capsys):
 @pytest.mark.parametrize("command", ["inspect", "verify"])
 def test_a_folder_that_is_no_corpus_is_told(command, tmp_path, capsys):
     assert main([command, str(tmp_path)]) == 1
-    assert "is no corpus: it has no corpus.json" in error_line(capsys)
+    assert "is not a corpus: it has no corpus.json" in error_line(capsys)
 
 
 def test_a_wrong_option_ends_with_code_2(tmp_path, capsys):

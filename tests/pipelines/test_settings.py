@@ -69,5 +69,5 @@ def test_files_that_are_no_toml_are_named(tmp_path):
     with pytest.raises(UserError, match="No such file"):
         read_toml(tmp_path / "none.toml")
     (tmp_path / "bad.toml").write_text("a = = 1")
-    with pytest.raises(UserError, match=r"bad.toml is no valid TOML"):
+    with pytest.raises(UserError, match=r"bad.toml is not valid TOML"):
         read_toml(tmp_path / "bad.toml")

@@ -94,7 +94,7 @@ def test_a_foreign_file_is_refused_before_it_is_read(path):
     with path.open("wb") as file:
         file.write(struct.pack("<Q", len(text)) + text)
         file.truncate(8 + len(text) + 2**38)
-    with pytest.raises(OddFileError, match="is no undergrowth thing: it lacks our metadata; of an older one"):
+    with pytest.raises(OddFileError, match="is no undergrowth thing: it lacks the metadata; of an older one"):
         read_digested(path, FORM)
 
 
@@ -113,7 +113,7 @@ def test_a_foreign_file_is_refused_before_it_is_read(path):
 )
 def test_metadata_of_any_shape_is_refused(path, document):
     path.write_bytes(safetensors.numpy.save({"a": np.zeros(3)}, {"undergrowth": document}))
-    with pytest.raises(OddFileError, match="lacks our metadata"):
+    with pytest.raises(OddFileError, match="lacks the metadata"):
         read_digested(path, FORM)
 
 
@@ -123,7 +123,7 @@ def test_another_version_kind_or_format_says_so(path):
         read_digested(path, FORM, "m")
     with pytest.raises(OddFileError, match="has format version 3; this program reads version 4; make it again"):
         read_digested(path, replace(FORM, version=4))
-    with pytest.raises(OddFileError, match="is no undergrowth even thing: it lacks our metadata"):
+    with pytest.raises(OddFileError, match="is no undergrowth even thing: it lacks the metadata"):
         read_digested(path, replace(FORM, name="undergrowth even thing"))
     with pytest.raises(OddFileError, match="there is no thing file"):
         read_digested(path.with_name("none"), FORM)

@@ -79,7 +79,7 @@ def parse_bvh(text: str) -> Bvh:
     head, tail = (text[: motion.start()], text[motion.end() :]) if motion else ("", "")
     words = iter(head.split())
     if next(words, "").upper() != "HIERARCHY":
-        raise MocapError("is no BVH file: it must begin with HIERARCHY and have a MOTION part")
+        raise MocapError("is not a BVH file: it must begin with HIERARCHY and have a MOTION part")
     joints = _HierarchyReader(words).read()
     lines = [line for line in tail.splitlines() if line.strip()]
     n_frames = int(_number_after("Frames:", lines, 0))
@@ -113,7 +113,7 @@ class _HierarchyReader:
                 raise MocapError(f"has {word!r} where ROOT, JOINT, End Site, OFFSET, CHANNELS or }} is expected")
             read_on(keyword)
         if self._open or not self._joints:
-            raise MocapError("has a HIERARCHY that does not end, or without joints")
+            raise MocapError("has a HIERARCHY without an end or without joints")
         return _without_twins(self._joints)
 
     def _begin_joint(self, keyword: str) -> None:
@@ -149,7 +149,7 @@ def _without_twins(joints: list[BvhJoint]) -> tuple[BvhJoint, ...]:
     every = [joint.name for joint in joints]
     twice = sorted({name for name in every if every.count(name) > 1 and not name.endswith(END)})
     if twice:
-        raise MocapError(f"names several joints alike: {', '.join(twice)}")
+        raise MocapError(f"gives several joints the same name: {', '.join(twice)}")
     return tuple(joints)
 
 
@@ -180,7 +180,7 @@ def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[n
     if lines and len(lines) < n_frames and len(lines[-1].split()) < n_channels:
         lines = lines[:-1]
     if not lines:
-        raise MocapError(f"has no whole line of values, but says Frames: {n_frames}")
+        raise MocapError(f"has no complete line of values, but says Frames: {n_frames}")
     out = np.empty((len(lines), n_channels))
     for k, line in enumerate(lines):
         words = line.split()
@@ -189,7 +189,7 @@ def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[n
         try:
             out[k] = [_NOT_FINITE.sub("nan", word) for word in words] if "n" in line.lower() else words
         except ValueError:
-            raise MocapError(f"frame {k} holds a value that is no number") from None
+            raise MocapError(f"frame {k} holds a value that is not a number") from None
     return out
 
 

@@ -79,7 +79,7 @@ def find_world(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[
     scores, _ = _upright(position, place)
     up = int(np.argmax(scores))
     if scores[up] <= 0.0:
-        raise MocapError("has no T-pose, and people who are upright too rarely to tell which way is up")
+        raise MocapError("has no T-pose, and too few frames with an upright person to find which way is up")
     return _level_axes(up)
 
 
@@ -165,7 +165,7 @@ def _leg_length(pose: NDArray[np.float64], place: dict[str, int]) -> float:
             np.mean([np.linalg.norm(pose[place[f"{s}_{end}"]] - pose[place[f"{s}_{start}"]]) for s in SIDES])
         )
     if leg <= 0.0:
-        raise MocapError("has legs without length")
+        raise MocapError("has legs of length 0")
     return leg
 
 

@@ -178,5 +178,5 @@ def _measured(
 def _unit_vector(vector: NDArray[np.float64]) -> NDArray[np.float64]:
     norm = float(np.linalg.norm(vector))
     if norm < 1e-6:
-        raise MocapError("has limbs or feet without length in the T-pose")
+        raise MocapError("has limbs or feet of length 0 in the T-pose")
     return vector / norm

@@ -86,7 +86,7 @@ class PoseLibrary:
             not np.isfinite(self.root).all()
             or not ((self.angles >= LOWER - 1e-4) & (self.angles <= UPPER + 1e-4)).all()
         ):
-            raise PoseLibraryError("a pose passes the joint limits or is not finite")
+            raise PoseLibraryError("a pose exceeds the joint limits or is not finite")
         if n and not (self.trial.min() >= 0 and self.trial.max() < len(self.trials)):
             raise PoseLibraryError("a pose names a recording that is not there")
         split_of: dict[str, str] = {}

@@ -8,15 +8,15 @@ from synth.scene.config import SceneConfig
 
 @dataclass(frozen=True)
 class ComposeWeights:
-    """How often each family of objects is drawn; any non-negative numbers, not all zero.
+    """How often each family of objects is drawn. The weights are non-negative numbers and not all zero.
 
     Attributes:
-        unhidden: Nothing: the frame as it was recorded.
-        desk: A table or desk that the person stands or sits at, mostly with a laptop, monitor or boxes on it.
-        stroller: A stroller, its handle towards the person.
-        chair: A chair, its back towards the person or turned at random.
-        clutter: One unrelated object of any class, turned at random.
-        several: A desk, stroller or chair, and one or two unrelated objects besides.
+        unhidden: No object: the frame as it was recorded.
+        desk: A table or desk at which the person stands or sits, usually with a laptop, monitor or boxes on it.
+        stroller: A stroller with its handle towards the person.
+        chair: A chair with its back towards the person, or rotated at random.
+        clutter: One unrelated object of any class, rotated at random.
+        several: A desk, stroller or chair, and one or two further unrelated objects.
     """
 
     unhidden: float = 0.08
@@ -37,15 +37,16 @@ class ComposeWeights:
 
 @dataclass(frozen=True)
 class ComposeConfig:
-    """Everything that compositions depend on besides the seed and the recorded frame.
+    """Everything that composed frames depend on, except the seed and the recorded frame.
 
     Attributes:
         scenes: Weights of the families.
         clearance: Range of the gap between the person's points and the nearest object [m].
-        visible_share: Range of the person's visible pixels over the recorded ones, in frames with objects.
-        frames_per_object: Most frames that an object serves on average.
-        sensor: Sensor model of the recording, applied to the objects before they are laid over the recorded depth,
-            or "ideal" for clean objects.
+        visible_share: Range of the share of the person's recorded pixels that stay visible, in frames with
+            objects.
+        frames_per_object: Largest average number of frames that show the same object.
+        sensor: Sensor model of the recording. Its noise is added to the objects before they are laid over the
+            recorded depth; "ideal" adds none.
     """
 
     scenes: ComposeWeights = field(default_factory=ComposeWeights)

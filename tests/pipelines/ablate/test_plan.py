@@ -221,13 +221,13 @@ def test_a_file_goes_before_the_size(tmp_path):
     [
         ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
         ("rows = ['rwf', 'kinect']", "rows 'kinect' unknown; known are baseline"),
-        ("rows = ['rwf', 'rwf']", "must be 1 or more different names"),
+        ("rows = ['rwf', 'rwf']", "must hold at least 1 names, all different"),
         ("n_seeds = { oarf = 0 }", "n_seeds.oarf=0 must be at least 1"),
         ("n_seeds = { cnn = 1 }", "n_seeds 'cnn' unknown; known are oarf, rwf"),
         ("oarf = 3", ".oarf=3 must be a table"),
         ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
-        ("unseen_class = 'bathtub'", "unseen_class 'bathtub' unknown; known are table"),
-        ("sensor = 'eye'", "sensor 'eye' unknown; known are ideal"),
+        ("unseen_class = 'bathtub'", "unseen_class: 'bathtub' is unknown; known are table"),
+        ("sensor = 'eye'", "sensor: 'eye' is unknown; known are ideal"),
         ("questions = ['frames']\nframe_counts = [251]", "frame_counts=251 must be in 1..250"),
         ("[corpus]\ntest_frames = 0", "test_frames=0 must be at least 1"),
         ("[oarf]\nn_trees = 0", "n_trees=0 must be at least 1"),
@@ -254,18 +254,18 @@ def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--questions", "imported"], "question imported needs a library to test on: --poses or --objects"),
-        (["--poses", "POSES"], "POSES is used by the question imported alone; ask it too"),
-        (["--objects", "OBJECTS"], "OBJECTS is used by the question imported alone; ask it too"),
+        (["--questions", "imported"], "question imported needs a library to test on: give --poses or --objects"),
+        (["--poses", "POSES"], "POSES is used only by the question imported; ask that question too"),
+        (["--objects", "OBJECTS"], "OBJECTS is used only by the question imported; ask that question too"),
         (["--questions", "imported", "--poses", "none"], "there is no pose library none"),
         (["--questions", "imported", "--objects", "none"], "there is no object library none"),
         (["--questions", "imported", "--poses", "OBJECTS"], "OBJECTS is no"),
         (["--questions", "imported", "--objects", "CUT"], "CUT is no object library or damaged"),
         (
             ["--questions", "imported", "--poses", "POSES"],
-            "POSES has no poses of the split test; import some with --test",
+            "POSES has no poses in the split test; import some with --test",
         ),
-        (["--questions", "imported", "--objects", "OBJECTS"], "OBJECTS has no objects of the split test"),
+        (["--questions", "imported", "--objects", "OBJECTS"], "OBJECTS has no objects in the split test"),
     ],
 )
 def test_libraries_that_cannot_be_tested_on_are_one_line(tmp_path, capsys, monkeypatch, words, message):

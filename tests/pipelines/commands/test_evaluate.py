@@ -235,7 +235,9 @@ def test_an_unknown_joint_and_a_wrong_shape_are_told(toy_corpus):
     frames, truths = CorpusFrames(toy_corpus, indices), read_truths(toy_corpus, indices)
     with pytest.raises(UserError, match="joints tail are unknown"):
         predict_frames(Contestant("forest", Blind(), ("tail",)), frames, truths)
-    with pytest.raises(UserError, match=r"answers proposals \(15, 1, 3\), must be \(2, n_proposals, 3\)"):
+    with pytest.raises(
+        UserError, match=r"returned proposals of shape \(15, 1, 3\), must be \(2, n_proposals, 3\)"
+    ):
         predict_frames(Contestant("forest", Blind(), ("head", "neck")), frames, truths)
 
 

@@ -90,7 +90,7 @@ def test_the_command_line_goes_before_the_file(small_toml, tmp_path):
         ("frames = -2", "n_frames=-2"),
         ("frames = 'many'", "frames='many' must be int, not str"),
         ("renderer = 'metal'", "renderer='metal' is unknown; known are numba, pyrender"),
-        ("seed = 'x", "no valid TOML"),
+        ("seed = 'x", "not valid TOML"),
     ],
 )
 def test_wrong_settings_are_one_line_and_touch_nothing(tmp_path, capsys, text, message):

@@ -276,11 +276,11 @@ def test_a_forest_trains_on_it_and_is_scored(tmp_path):
 
 def test_what_cannot_be_composed_is_said_in_one_sentence(composed, recorded, tmp_path, toy_corpus):
     out = tmp_path / "out"
-    with pytest.raises(UserError, match="must be a corpus of `undergrowth import depth`"):
+    with pytest.raises(UserError, match="must be a corpus made by `undergrowth import depth`"):
         GenerateSettings(out, into=toy_corpus.path).order()
-    with pytest.raises(UserError, match="must be a corpus of `undergrowth import depth`"):
+    with pytest.raises(UserError, match="must be a corpus made by `undergrowth import depth`"):
         GenerateSettings(out, into=composed.path).order()
-    with pytest.raises(UserError, match="for drawn people"):
+    with pytest.raises(UserError, match="describe generated people"):
         GenerateSettings(out, into=recorded.path, scene=SceneConfig(camera="kinect_v1")).order()
     with pytest.raises(UserError, match="give --into CORPUS"):
         GenerateSettings(out, compose=ComposeConfig(sensor="ideal")).order()
@@ -288,13 +288,13 @@ def test_what_cannot_be_composed_is_said_in_one_sentence(composed, recorded, tmp
         ComposeConfig(sensor="kinect_v9")
     with pytest.raises(ValueError, match="weight desk=-1"):
         ComposeWeights(desk=-1.0)
-    with pytest.raises(CorpusError, match="would be a second one"):
+    with pytest.raises(CorpusError, match="cannot be applied"):
         composed.frame(0, sensor="kinect_v1")
     assert (composed.frame(0, sensor="ideal").depth == composed[0].depth).all()
     folder = tmp_path / "bare"
     folder.mkdir()
     bare = import_recording(folder, tmp_path / "bare_corpus", write_recording(folder, 2, known=[]))
-    with pytest.raises(UserError, match="nothing tells what objects hide"):
+    with pytest.raises(UserError, match="no joints that objects could occlude"):
         GenerateSettings(out, into=bare).order()
 
 

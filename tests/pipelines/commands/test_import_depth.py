@@ -94,7 +94,7 @@ def test_training_learns_the_joints_that_recordings_tell(folder, kind, capsys):
     model, options = folder / "model.safetensors", SMALL + {"oarf": [], "rwf": ["--n-points", "20"]}[kind]
     assert main(["train", kind, str(corpus.path), "--out", str(model), *options]) == 0
     told = capsys.readouterr().out
-    assert "nothing is learned of them: r_hip, l_hip" in told
+    assert "are not learned of them: r_hip, l_hip" in told
     assert ("no training frame shows an object" in told) == (kind == "oarf")
     scores = []
     for scored in (corpus, whole):
@@ -294,9 +294,9 @@ def _no_joints(folder):
     ("spoil", "reason"),
     [
         (_eight_bits, r"d_7.png has 8 bits a pixel, must have 16"),
-        (_other_size, r"d_7.png is 20x10 pixels, the layout says 64x48"),
+        (_other_size, r"d_7.png has 20x10 pixels, but the layout says 64x48"),
         (_empty, r"d_7.png shows no person"),
-        (_fewer_joints, r"j_7.txt holds joints \(12, 3\), the layout says \(15, 3\)"),
+        (_fewer_joints, r"j_7.txt holds joints of shape \(12, 3\), but the layout says \(15, 3\)"),
         (_no_number, r"j_7.txt: joint head is .*nan.*must be finite"),
         (_no_joints, r"d_7.png has no joints"),
     ],

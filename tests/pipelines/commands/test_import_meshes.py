@@ -91,7 +91,7 @@ def test_what_cannot_be_used_is_listed_and_the_rest_imported(
     assert [model.name for model in library.models] == ["good"]
     refused = [record.getMessage() for record in caplog.records]
     assert len(refused) == 3
-    assert "is of unknown class 'lamp__tall'" in refused[0] or "is of unknown class 'lamp'" in refused[0]
+    assert "has the unknown class 'lamp__tall'" in refused[0] or "has the unknown class 'lamp'" in refused[0]
     assert "known are table, laptop, stroller, chair, monitor, suitcase, other" in refused[0]
     assert "suitcase__empty.ply" in refused[1]
     assert "no table (0.25-1.25 m high" in refused[2]
@@ -113,9 +113,9 @@ def test_an_index_says_class_split_and_forward(tmp_path: Path) -> None:
 
 
 def test_bad_orders_are_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="has no files of the kinds"):
+    with pytest.raises(UserError, match="has no files of these kinds"):
         MeshSettings(tmp_path, tmp_path / "lib").library()
-    with pytest.raises(UserError, match="is no folder"):
+    with pytest.raises(UserError, match="is not a folder"):
         MeshSettings(tmp_path / "none", tmp_path / "lib").library()
     with pytest.raises(UserError, match="class 'lamp' is unknown, known are table"):
         MeshSettings(tmp_path, tmp_path / "lib", class_name="lamp").library()

@@ -70,10 +70,10 @@ def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, c
     refused = [line for line in out.splitlines() if line.startswith("refused: ")]
     for name, reason in [
         ("01_01_again.bvh", "is trial 01_01 again, which 01_01.bvh gave already"),
-        ("a_text.bvh", "is no BVH file"),
+        ("a_text.bvh", "is not a BVH file"),
         ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
         ("d_nan.bvh", "has no frame without NaN"), ("e_zero.bvh", "has 0 frames"),
-        ("f_cut.bvh", "has no whole line of values"), ("g_empty.bvh", "is no BVH file"),
+        ("f_cut.bvh", "has no complete line of values"), ("g_empty.bvh", "is not a BVH file"),
     ]:  # fmt: skip
         assert any(name in line and reason in line for line in refused), name
     assert len(refused) == 8
@@ -264,7 +264,7 @@ def test_fast_recordings_are_thinned_to_the_frames_of_slow_ones_and_cut_ones_tol
     assert (ours.angles == theirs.angles).all()
     assert (ours.frame == 4 * theirs.frame).all()
     assert [record.getMessage() for record in caplog.records] == [
-        f"{tmp_path / 'b' / '05_01.bvh'} was cut: it has 164 of 200 frames"
+        f"{tmp_path / 'b' / '05_01.bvh'} was cut off: it has 164 of 200 frames"
     ]
 
 

@@ -163,7 +163,7 @@ def test_a_damaged_file_loses_no_other_and_is_told(models, folder, tmp_path, cap
     layout = ("--layout", write_layout(folder, joints=[]))
     assert predict(models / "oarf", folder, *layout, "--out", out) == 1
     told = capsys.readouterr()
-    assert "d_6.png is damaged: the PNG ends before its end" in told.out
+    assert "d_6.png is damaged: the PNG is incomplete" in told.out
     assert "d_7.png shows no person" in told.out
     assert "2 of 4 images were skipped" in told.err
     errors = [line.get("error", "") for line in lines_of(out)]
@@ -182,10 +182,10 @@ def test_every_and_no_pictures(models, folder, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["FOLDER"], "is of no known layout .*plain depth files need --camera NAME or --intrinsics"),
-        (["FOLDER", "--layout", "LAYOUT", *INTRINSICS], "a layout brings its camera"),
-        (["FOLDER", "FOLDER", *INTRINSICS], "give one folder, or files; 2 were given"),
-        (["FOLDER", "--camera", "kinect_v2"], "no file that can be read; the first: .*gives 512x424"),
+        (["FOLDER"], "fits no known layout .*plain depth files need --camera NAME or --intrinsics"),
+        (["FOLDER", "--layout", "LAYOUT", *INTRINSICS], "a layout defines its camera"),
+        (["FOLDER", "FOLDER", *INTRINSICS], "give one folder, or files only; 2 paths were given"),
+        (["FOLDER", "--camera", "kinect_v2"], "no file that can be read; the first one failed: .*has 512x424"),
         (["FOLDER/d_5.png", "--layout", "itopp"], "layout 'itopp' is unknown"),
         (["FOLDER/a.raw", *INTRINSICS], "a.raw does not tell the size of its images"),
         (["FOLDER/a.raw", "FOLDER/b/a.raw", *INTRINSICS], "several images are called a:"),

@@ -111,7 +111,7 @@ def test_a_model_is_replaced_only_if_asked(trained, toy_corpus, tmp_path, capsys
     out = tmp_path / "m"
     write_model(out, "oarf", {}, {})
     assert train(toy_corpus, out) == 1
-    assert "is there already; give --overwrite to replace it" in error_line(capsys)
+    assert "exists already; give --overwrite to replace it" in error_line(capsys)
     assert train(toy_corpus, out, "--overwrite") == 0
     assert out.read_bytes() == trained.read_bytes()
 
@@ -120,10 +120,10 @@ def test_a_file_that_is_no_model_is_never_replaced(toy_corpus, tmp_path, capsys)
     out = tmp_path / "thesis.txt"
     out.write_text("chapter one\n" * 100)
     assert train(toy_corpus, out, "--overwrite") == 1
-    assert "is not overwritten, choose another file" in error_line(capsys)
+    assert "will not be overwritten, so choose another file" in error_line(capsys)
     assert out.read_text().startswith("chapter one")
     assert train(toy_corpus, tmp_path / "nowhere" / "m") == 1
-    assert "nowhere is no folder" in error_line(capsys)
+    assert "nowhere is not a folder" in error_line(capsys)
 
 
 def test_settings_come_from_a_file_too(trained, toy_corpus, tmp_path):
@@ -184,7 +184,7 @@ def test_wrong_files_are_one_line(toy_corpus, tmp_path, capsys, text, message):
 
 def test_a_folder_that_is_no_corpus_is_told(tmp_path, capsys):
     assert main(["train", "oarf", str(tmp_path), "--out", str(tmp_path / "m")]) == 1
-    assert "is no corpus" in error_line(capsys)
+    assert "is not a corpus" in error_line(capsys)
 
 
 def test_a_random_walk_forest_is_trained_stopped_and_asked(toy_corpus, tmp_path, monkeypatch, capsys):

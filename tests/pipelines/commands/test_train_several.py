@@ -124,7 +124,7 @@ def test_a_joint_that_one_corpus_tells_is_learned_from_it(mixed, recorded, tmp_p
     alone = tmp_path / "alone"
     assert train((recorded,), alone) == 0
     assert not any((tree.leaves.weight[:, :, torso] > 0).any() for tree in load_model(alone).trees)
-    assert "nothing is learned of them: torso" in capsys.readouterr().out
+    assert "are not learned of them: torso" in capsys.readouterr().out
 
 
 def test_training_goes_on_in_the_same_order_of_corpora_alone(
@@ -142,7 +142,7 @@ def test_training_goes_on_in_the_same_order_of_corpora_alone(
     capsys.readouterr()
     for others in ((recorded, toy_corpus), (toy_corpus,)):
         assert train(others, tmp_path / "m") == 1
-        assert "holds trees of another training: corpus is [" in error_line(capsys)
+        assert "holds trees trained with other settings: corpus is [" in error_line(capsys)
     assert train((toy_corpus, recorded), tmp_path / "m", "--threads", "2") == 0
     assert "continuing after 1 finished trees" in capsys.readouterr().out
     assert (tmp_path / "m").read_bytes() == mixed.read_bytes()
@@ -151,7 +151,7 @@ def test_training_goes_on_in_the_same_order_of_corpora_alone(
 def test_random_walk_forests_learn_from_both(toy_corpus, recorded, tmp_path, capsys):
     words = ["train", "rwf", str(recorded.path), str(toy_corpus.path), "--n-points", "20", *SMALL]
     assert main([*words, "--out", str(tmp_path / "m")]) == 0
-    assert "nothing is learned" not in capsys.readouterr().out
+    assert "are not learned" not in capsys.readouterr().out
     metadata = read_model(tmp_path / "m").metadata
     assert metadata["corpus"] == [recorded.digest, toy_corpus.digest]
     assert metadata["scores"] is not None
@@ -181,7 +181,7 @@ def test_a_second_sensor_on_recorded_frames_is_one_line(command, mixed, recorded
         "export": ["export", path, "--to", "coco", "--out", str(out)],
     }[command]
     assert main([*words, "--sensor", "kinect_v1"]) == 1
-    assert f"sensor='kinect_v1' would be a second one: {path} holds recorded frames" in error_line(capsys)
+    assert f"sensor='kinect_v1' cannot be applied: {path} holds recorded frames" in error_line(capsys)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -193,7 +193,7 @@ def test_an_ideal_sensor_leaves_recorded_frames_as_they_are(recorded):
 
 def test_a_corpus_is_named_once(toy_corpus, recorded, tmp_path, capsys):
     assert train((toy_corpus, recorded, toy_corpus), tmp_path / "m") == 1
-    assert f"{toy_corpus.path} and {toy_corpus.path} are the same corpus; name it once" in error_line(capsys)
+    assert f"{toy_corpus.path} and {toy_corpus.path} are the same corpus; give it only once" in error_line(capsys)
     (tmp_path / "link").symlink_to(toy_corpus.path)
     with pytest.raises(CorpusError, match="are the same corpus"):
         open_corpora((toy_corpus.path, tmp_path / "link"))
@@ -206,7 +206,7 @@ def test_every_corpus_must_have_something_to_learn(toy_corpus, head_alone, tmp_p
     folder.mkdir()
     bare = import_recording(folder, folder / "corpus", write_recording(folder, 4, known=[]), splits="train=1")
     assert train((toy_corpus, Corpus.open(bare)), tmp_path / "m") == 1
-    assert f"{bare} cannot be trained on: its training frames tell no joints" in error_line(capsys)
+    assert f"{bare} cannot be used for training: no joint is known in its training frames" in error_line(capsys)
 
 
 def test_no_corpus_ends_with_code_2(tmp_path, capsys):

@@ -17,7 +17,7 @@ from pipelines.errors import CorpusError
 def test_a_sound_corpus_has_no_faults(toy_corpus, capsys):
     assert list(faults(toy_corpus)) == []
     assert main(["verify", str(toy_corpus.path)]) == 0
-    assert "is sound: 200 frames" in capsys.readouterr().out
+    assert "is valid: 200 frames" in capsys.readouterr().out
 
 
 def test_flipped_bytes_are_found_wherever_they_are(toy_corpus, tmp_path):

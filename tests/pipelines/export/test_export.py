@@ -165,7 +165,7 @@ def test_itop_segments_keep_sides_and_regions():
 def test_an_export_is_whole_or_absent(toy_corpus, tmp_path, monkeypatch):
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "x").write_text("mine")
-    with pytest.raises(UserError, match="holds files already"):
+    with pytest.raises(UserError, match="is not empty"):
         export(toy_corpus, "coco", tmp_path / "full")
 
     def fail(job):

@@ -180,7 +180,7 @@ def test_of_one_split_alone_the_first_frames_teach_and_the_rest_is_scored(evalua
     assert "offsets learned on 15 frames of test, numbers 0..14" in told
     assert "with these offsets:" in told
     refused = evaluated(unsplit, "--joint-offsets", "40", code=1).err
-    assert "joint_offsets=40 leaves none of the 40 frames of test to be scored" in refused
+    assert "joint_offsets=40 uses all 40 frames of test, so none is left to score" in refused
 
 
 def test_frames_that_teach_are_spread_and_never_scored(toy_corpus, unsplit):

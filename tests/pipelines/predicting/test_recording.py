@@ -157,9 +157,9 @@ def test_models_that_are_gone_and_folders_of_no_layout_are_one_line(made, toy_co
     )
     words = ("--corpus", str(toy_corpus.path), "--out", str(tmp_path / "r.html"), "--recorded", str(folder))
     assert main(["report", str(gone), *words, "--layout", write_layout(folder)]) == 1
-    assert "holds no models, so that none can be asked about recorded frames" in capsys.readouterr().err
+    assert "holds no models that could predict the recorded frames" in capsys.readouterr().err
     assert main(["report", str(made), *words]) == 1
-    assert "is of no known layout" in capsys.readouterr().err
+    assert "fits no known layout" in capsys.readouterr().err
     assert not (tmp_path / "r.html").exists()
 
 
@@ -229,8 +229,8 @@ def test_the_demo_takes_plain_pngs_with_a_camera_and_goes_on_after_a_damaged_one
 def test_the_demo_says_what_is_missing_before_it_trains(tmp_path, capsys):
     folder = write_recording(tmp_path / "recording", 1)
     for words, message in (
-        (("--real", folder), "is of no known layout .*--layout.*plain depth files need --camera NAME"),
-        (("--real", tmp_path / "nowhere"), "nowhere is no folder"),
+        (("--real", folder), "fits no known layout .*--layout.*plain depth files need --camera NAME"),
+        (("--real", tmp_path / "nowhere"), "nowhere is not a folder"),
         (("--real", folder, "--camera", "kinect"), "camera 'kinect' is unknown; known cameras: "),
     ):
         assert main(["demo", "--out", str(tmp_path / "demo"), *map(str, words)]) == 1

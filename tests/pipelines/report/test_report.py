@@ -559,12 +559,15 @@ def other_rows(copy, document):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda copy, document: (copy / "ablation.json").unlink(), "holds no ablation: it has no ablation.json"),
+        (
+            lambda copy, document: (copy / "ablation.json").unlink(),
+            "is not the folder of an ablation: it has no ablation.json",
+        ),
         (cut, "ablation.json is damaged: "),
         (rewritten(schema_version=2), "holds ('undergrowth ablation', 2); this program reads "),
         (rewritten(main={"rows": {"kinect": {}}}), "has the rows kinect; known are baseline, "),
         (lambda copy, document: (copy / "rows/rwf-0.npz").unlink(), "there is no file "),
-        (other_rows, "baseline-0.npz holds other rows than ablation.json names"),
+        (other_rows, "baseline-0.npz is not the file of rows that ablation.json names"),
     ],
 )  # fmt: skip
 def test_a_damaged_folder_is_one_line(folder, tmp_path, capsys, change, message):
@@ -582,7 +585,7 @@ def test_another_corpus_is_refused(toy_corpus, tmp_path, answers, capsys):
     document["corpora"][0]["digest"] = "0" * 64
     (made / "ablation.json").write_text(json.dumps(document))
     assert main(["report", str(made), "--corpus", str(toy_corpus.path)]) == 1
-    assert f"the ablation was made on {'0' * 64}" in capsys.readouterr().err
+    assert f"but the ablation used a corpus with the digest {'0' * 64}" in capsys.readouterr().err
 
 
 # In a browser

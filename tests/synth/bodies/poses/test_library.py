@@ -222,7 +222,7 @@ def test_a_library_of_another_version_or_skeleton_says_so(tmp_path):
     with pytest.raises(PoseLibraryError, match="made for another skeleton"):
         read_library(path)
     path.write_bytes(safetensors.numpy.save(arrays, {"undergrowth": '{"kind": "undergrowth pose library"}'}))
-    with pytest.raises(PoseLibraryError, match="lacks our metadata; of an older one, import the recordings again"):
+    with pytest.raises(PoseLibraryError, match="lacks the metadata; of an older one, import the recordings again"):
         read_library(path)
 
 
