@@ -60,7 +60,7 @@ class AblationConfig:
     Attributes:
         corpus: Where the frames come from.
         rows: Methods to compare.
-        n_seeds: Number of trainings of each regression forest, with the seeds oarf.seed, oarf.seed + 1, ...
+        n_seeds: Number of trainings by kind of model, with seeds counted on from the kind's own.
         sensor: Sensor model for the depth in training and test; None means clean depth.
         models: Settings by kind of model; in a file, a table for each ([oarf], [rwf]). A row sets its variant.
         questions: Further questions to answer.

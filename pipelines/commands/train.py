@@ -31,16 +31,17 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class TrainSettings:
-    """The settings of training that all kinds of forests share. `forest` holds the settings of the kind.
+    """The settings of training that all kinds of models share; `settings_of` adds those of the kind.
 
     Attributes:
-        corpora: Folders of the corpora, whose frames are learned together.
+        corpora: Folders of the corpora. The model is trained on the frames of all of them together.
         out: File of the model.
-        config: TOML file with any of these settings; those on the command line go before it.
-        sensor: Sensor model for the depth of generated frames; by default clean depth.
-        max_frames: Take so many frames of each split of each corpus only, evenly spread; 0 takes all.
-        threads: Threads; the model does not depend on it.
-        overwrite: Replace a model that is there, drop trees of another training.
+        config: TOML file with any of these settings. Settings given on the command line override it.
+        sensor: Name of a sensor model whose noise is added to the depth of generated frames. By default the depth
+            stays clean.
+        max_frames: Use at most this many frames of each split of each corpus, evenly spread; 0 uses all.
+        threads: Number of threads. The model does not depend on it.
+        overwrite: Replace an existing model, and delete unfinished trees that were trained with other settings.
     """
 
     kind: ClassVar[ModelKind]
@@ -80,7 +81,7 @@ class TrainSettings:
         scores = self._train(corpora, frames, validation)
         if scores:
             log.info(
-                "%.1f %% of the joints in the val split are within 10 cm (the forest was tuned on this split)",
+                "%.1f %% of the joints in the val split are within 10 cm (the model was tuned on this split)",
                 100 * scores["accuracy_10cm"],
             )
         log.info("%s: %.1f MB", self.out, self.out.stat().st_size / 1e6)
@@ -151,7 +152,8 @@ def settings_of(name: str) -> type[TrainSettings]:
     cls.__module__ = __name__
     cls.__doc__ = f"""Trains a {kind.title} on the train splits of corpora and tunes it on their val splits.
 
-    Run again, it goes on after the last finished tree; the same settings give the same bytes.
+    If it is interrupted, the same command continues after the last finished tree. The same settings give the same
+    bytes.
 
     Attributes:
         forest: How the {kind.title} is trained.
