@@ -11,9 +11,9 @@ import numpy as np
 
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, save_model
+from forests.oarf.train import train
 from pipelines.commands.generate import GenerateSettings, generate
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from forests.modelfile import ModelFileError, read_model
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model as load_regression_forest
-from forests.rwf.forest import Walker
+from forests.rwf.predict import Predictor as Walker
 from pipelines.corpus import Corpus
 from pipelines.corpus.fields import SPLITS
 from pipelines.corpus.header import software_versions

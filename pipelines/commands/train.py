@@ -11,6 +11,7 @@ import tyro
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from forests.calibration import WITHIN_M
 from forests.frames import LabelTable
 from forests.modelfile import ModelFileError, read_model
 from forests.oarf.config import OARFConfig
@@ -23,7 +24,6 @@ from pipelines.corpus.read import Corpus
 from pipelines.corpus.sequence import LABELS, CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics import errors, read_truths
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.checkpoints import TreeFolder, open_trees
 from pipelines.settings import from_table, read_toml
@@ -51,22 +51,19 @@ class ForestKind(NamedTuple):
 
 
 def _regression_forests() -> ForestKind:
-    from forests.oarf.forest import train
     from forests.oarf.predict import Predictor
     from forests.oarf.storage import pack_tree, save_model, unpack_tree
+    from forests.oarf.train import train
 
     return ForestKind(train, save_model, Predictor, pack_tree, unpack_tree)
 
 
 def _random_walk_forests() -> ForestKind:
-    from forests.rwf.forest import Walker
+    from forests.rwf.predict import Predictor
     from forests.rwf.storage import pack_tree, save_model, unpack_tree
-    from forests.rwf.train import train_rwf
+    from forests.rwf.train import train
 
-    def unpack(arrays: dict[str, np.ndarray], _: LabelTable, config: RWFConfig) -> Any:
-        return unpack_tree(arrays, config.n_clusters)
-
-    return ForestKind(train_rwf, save_model, Walker, pack_tree, unpack)
+    return ForestKind(train, save_model, Predictor, pack_tree, unpack_tree)
 
 
 KINDS: dict[str, Callable[[], ForestKind]] = {"oarf": _regression_forests, "rwf": _random_walk_forests}

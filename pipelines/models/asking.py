@@ -9,12 +9,10 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import upper_body_box
 from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, Pinhole
 from forests.oarf.classes import ClassTable
-from forests.rwf.forest import Walker
-from forests.rwf.start import upper_body_box
-from forests.rwf.train import BOX_MARGIN_M
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics.pixels import Confusion, count_pixels
@@ -61,7 +59,7 @@ def contestant_of(method: str, predictor: Any) -> Contestant:
     """A forest's predictor as a contestant, with the joints and classes that its model names."""
     model = predictor.model
     classes = model.classes if hasattr(predictor, "label_pixels") else None
-    box_joints = model.config.box_joints if isinstance(predictor, Walker) else ()
+    box_joints = getattr(predictor, "box_joints", ())
     return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes, box_joints)
 
 
@@ -135,7 +133,7 @@ def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
     if not contestant.box_joints:
         return {}
     at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
-    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
+    return {"box": upper_body_box(frame.joints[at], frame.camera)}
 
 
 def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:

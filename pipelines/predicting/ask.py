@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import Box, upper_foreground_box
 from forests.estimate import JointEstimate
 from forests.frames import Pinhole
-from forests.rwf.start import Box, upper_foreground_box
 from pipelines.models.asking import Contestant
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from forests.calibration import WITHIN_M
 from forests.estimate import JointEstimate
 from pipelines.drawing.tiles import spread_places
 from pipelines.errors import UserError
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import Contestant
 from pipelines.predicting.ask import ask
 from pipelines.recordings.entries import SMALLEST_BLOB

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.oarf.calibrate import reliability
+from forests.calibration import reliability
 from pipelines.metrics import (
     CURVE_CM,
     Groups,

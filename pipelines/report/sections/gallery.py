@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.metrics.measures import WITHIN_M
+from forests.calibration import WITHIN_M
 from pipelines.report.examples import ERROR_CAP_M, PLACES, Choice, Example, choose_examples, frame_errors
 from pipelines.report.markup import Section, left_out, paragraph
 from pipelines.report.methods import METHODS

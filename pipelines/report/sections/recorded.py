@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M
 from forests.estimate import JointEstimate
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.predicting.recording import N_ASKED, Recording, Shown, known_joints
 from pipelines.report.markup import Section, items, paragraph, table
 from pipelines.report.methods import METHODS

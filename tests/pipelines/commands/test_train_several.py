@@ -8,8 +8,8 @@ from toy_walker import NAMES, import_recording, write_recording
 
 from forests.frames import DepthFrame
 from forests.modelfile import read_model
-from forests.oarf.forest import train as train_oarf
 from forests.oarf.storage import load_model, pack_model
+from forests.oarf.train import train as train_oarf
 from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.corpus.joined import JoinedFrames, open_corpora, sensors_of
