@@ -86,22 +86,16 @@ def leaf_table(
         grown: The tree.
         rules: How.
         n_threads: Threads; the table is the same for any number.
-        on_leaves: `on_leaves(n)` is called, from the calling thread, as n further leaves are done.
+        on_leaves: Told, from the calling thread, how many further leaves are done.
 
     Raises:
         ValueError: A rule out of range, or classes that do not fit the tree.
     """
-    _check(classes, grown, rules)
-    if n_threads < 1:
-        raise ValueError(f"n_threads={n_threads} must be at least 1")
+    _check(classes, grown, rules, n_threads)
     n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if rules.n_classes == rules.n_parts else 2
     shape = (n_leaves, n_layers, training.joints.shape[1], rules.n_leaf_votes)
     vote, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    samples = training.samples
-    everybody = np.ones((len(training.joints), 1), np.bool_)
-    known = np.hstack([is_known(training.joints), everybody])
-    is_occluder = classes >= rules.n_parts
-    seen = _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known)
+    seen = _seen(training, classes >= rules.n_parts)
 
     def run(first: int) -> int:
         last = min(first + _TASK_LEAVES, n_leaves)
@@ -118,7 +112,14 @@ def leaf_table(
     return LeafTable(_class_shares(grown, classes, rules.n_classes), vote, weight)
 
 
-def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules) -> None:
+def _seen(training: TrainingSet, is_occluder: NDArray[np.bool_]) -> _Seen:
+    everybody = np.ones((len(training.joints), 1), np.bool_)
+    known = np.hstack([is_known(training.joints), everybody])
+    samples = training.samples
+    return _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known)
+
+
+def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules, n_threads: int) -> None:
     n_parts, n_classes = rules.n_parts, rules.n_classes
     if not 1 <= n_parts <= n_classes <= 256:
         raise ValueError(f"n_parts={n_parts} and n_classes={n_classes} must be in 1..256, parts not above classes")
@@ -131,6 +132,8 @@ def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules) -> No
     for name in ("n_leaf_votes", "n_drawn", "n_starts"):
         if getattr(rules, name) < 1:
             raise ValueError(f"{name}={getattr(rules, name)} must be at least 1")
+    if n_threads < 1:
+        raise ValueError(f"n_threads={n_threads} must be at least 1")
 
 
 def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) -> NDArray[np.float32]:

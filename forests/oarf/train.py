@@ -35,10 +35,7 @@ def train(
 
     The baseline learns from the body layer, the other modes from the composite with pixels of the objects too; the
     pixels of the body that both layers show are drawn alike. Where no frame shows an object, all modes are the
-    same but for the classes' names.
-
-    Frames may lack joints (NaN). A joint that no frame knows gets no votes: the forest answers NaN with
-    confidence 0.
+    same but for the classes' names. Frames may lack joints (NaN): a joint that no frame knows gets no votes.
 
     Args:
         frames: Training frames; each is read once.

@@ -83,17 +83,7 @@ def train(
         trees.append(grown)
         on_progress(_READ_SHARE + (1.0 - _READ_SHARE - _TUNE_SHARE) * (number + 1) / n_all)
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
-    plan = WalkPlan(
-        parents_first(parents),
-        parents,
-        np.full(len(names), config.step_m, np.float32),
-        np.full(len(names), config.decay, np.float32),
-        np.full(len(names), config.n_arriving, np.int32),
-        gates,
-        config.n_walks,
-        config.n_steps,
-        config.n_clusters,
-    )
+    plan = _untuned(config, parents, gates)
     limbs = measure_limbs(learned.joints, parents, config.limb_share)
     weights = np.full((len(names), 2), np.nan, np.float32)
     model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
@@ -101,6 +91,22 @@ def train(
         model = tune(model, validation)
     on_progress(1.0)
     return model
+
+
+def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.float32]) -> WalkPlan:
+    """How experts walk of whom no validation frames say better."""
+    n = len(parents)
+    return WalkPlan(
+        parents_first(parents),
+        parents,
+        np.full(n, config.step_m, np.float32),
+        np.full(n, config.decay, np.float32),
+        np.full(n, config.n_arriving, np.int32),
+        gates,
+        config.n_walks,
+        config.n_steps,
+        config.n_clusters,
+    )
 
 
 def _read_known(
