@@ -163,7 +163,7 @@ def test_the_sensor_measures_generated_frames_alone(toy_corpus, recorded, tmp_pa
     assert sensors_of((recorded,), "ideal") == ("ideal",)
     assert train((toy_corpus, recorded), tmp_path / "m", "--sensor", "kinect_v1") == 0
     told = capsys.readouterr().out
-    assert f"sensor kinect_v1 measures generated frames alone, those of {recorded.path} stay as recorded" in told
+    assert f"the noise of kinect_v1 is not added to the recorded frames of {recorded.path}" in told
     assert read_model(tmp_path / "m").metadata["sensor"] == "kinect_v1"
     corpora, sensors = (toy_corpus, recorded), ("kinect_v1", None)
     assert learned_the_same(tmp_path / "m", *(listed(corpora, split, 12, sensors) for split in ("train", "val")))
