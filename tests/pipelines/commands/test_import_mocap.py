@@ -11,8 +11,8 @@ from pipelines.cli import main
 from pipelines.commands.import_mocap import MocapSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
-from pipelines.importing.mocap import trial_and_subject
 from pipelines.importing.splits import SplitRule
+from pipelines.importing.subjects import trial_and_subject
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
