@@ -1,6 +1,7 @@
 """Which frames of a motion are on a seat: the trunk upright, both thighs lying, the hips at rest at a seat's height."""
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from synth.bodies.mocap.rest import angles_between
@@ -20,14 +21,10 @@ HIPS_ABOVE_LOWEST = (0.2, 0.85)
 """And this high above the lowest joint, so that nothing of the body is far below the seat or all of it level [m]."""
 KNEES_ABOVE_FLOOR = 0.2
 """Knees of who sits are higher than this; those of who kneels are not [m]."""
-REST_WAY = 0.1
-"""Hips of who sits move less than this ... [m]"""
-REST_WINDOW = 0.25
-"""... from so long before to so long after [s]."""
 REST_TIME = 0.5
-"""And they rest for at least this long; who hops or climbs does not [s]."""
-AT_ONE_LEVEL = 0.15
-"""Hips stay this level as long as somebody sits on one seat [m]."""
+"""For at least so long a person is on a seat; who hops or climbs does not rest that long [s]."""
+REST_WAY = 0.1
+"""And meanwhile the hips move less than this along each axis [m]."""
 
 
 def seat_like(source: Source, floor: float) -> NDArray[np.bool_]:
@@ -58,7 +55,7 @@ def seat_like(source: Source, floor: float) -> NDArray[np.bool_]:
 
 
 def resting(source: Source, is_candidate: NDArray[np.bool_], frame_time: float) -> NDArray[np.bool_]:
-    """(n,) those candidates whose hips rest, in runs of at least `REST_TIME`.
+    """(n,) those candidates that belong to a stretch of at least `REST_TIME` in which the hips rest.
 
     Args:
         source: The motion.
@@ -66,14 +63,12 @@ def resting(source: Source, is_candidate: NDArray[np.bool_], frame_time: float) 
         frame_time: [s].
     """
     hips = 0.5 * (source.at("l_hip") + source.at("r_hip"))
-    n, reach = len(hips), max(1, round(REST_WINDOW / frame_time))
-    index = np.arange(n)
-    before, after = np.maximum(index - reach, 0), np.minimum(index + reach, n - 1)
-    is_quiet = np.linalg.norm(hips[after] - hips[before], axis=1) < REST_WAY
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_candidate & is_quiet, [False]]).astype(np.int8)))
-    out = np.zeros(n, np.bool_)
-    for start, end in edges.reshape(-1, 2):
-        height = hips[start:end, 2]
-        if (end - start) * frame_time >= REST_TIME and np.ptp(height) < AT_ONE_LEVEL:
-            out[start:end] = True
+    out = np.zeros(len(hips), np.bool_)
+    width = max(2, int(np.ceil(REST_TIME / frame_time - 1e-3)))
+    if len(hips) < width:
+        return out
+    ways = np.ptp(sliding_window_view(hips, width, axis=0), axis=2).max(axis=1)
+    rests = (ways < REST_WAY) & sliding_window_view(is_candidate, width).all(axis=1)
+    for start in np.flatnonzero(rests):
+        out[start : start + width] = True
     return out

@@ -51,7 +51,7 @@ def decode_bvh(data: bytes) -> str:
     Raises:
         MocapError: It begins as UTF-16 does and is none.
     """
-    if data[:2] in _BYTE_ORDER_MARKS or b"\0" in data[:2]:
+    if data[:2] in _BYTE_ORDER_MARKS or data[:2].upper() in (b"H\0", b"\0H"):
         encoding = (
             "utf-16" if data[:2] in _BYTE_ORDER_MARKS else ("utf-16-be" if data[:1] == b"\0" else "utf-16-le")
         )
