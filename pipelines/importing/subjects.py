@@ -35,7 +35,7 @@ def trial_and_subject(path: Path, subject_from: SubjectFrom = "auto") -> tuple[s
     """Names of a recording and its subject.
 
     "auto" takes "02_06" and "02" of 02_06_x.bvh, and else the folder; "folder" takes the nearest folder that is not
-    named after a date or a session; "name" takes what the file's name begins with, after any date.
+    named after a date or a session, at most the folder that is imported; "name" takes what the file's name begins with, after any date.
 
     Args:
         path: The file.
@@ -97,7 +97,7 @@ def _named(path: Path, root: Path, subject_from: SubjectFrom) -> Named:
     if subject_from == "name":
         return Named("_".join([*_below(root, folder), path.stem]), _subject_in(path.stem), Path())
     above = [parent for parent in (folder, *folder.parents) if parent.name and parent.is_relative_to(root)]
-    person = next((parent for parent in above if not _is_no_person(parent.name)), folder)
+    person = next((parent for parent in above if parent == root or not _is_no_person(parent.name)), folder)
     return Named("_".join([person.name, *_below(person, folder), path.stem]), person.name, person)
 
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from pipelines.commands.import_mocap import MocapSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from pipelines.importing.splits import SplitRule
-from pipelines.importing.subjects import trial_and_subject
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
@@ -192,19 +190,6 @@ def test_subjects_are_dealt_out_each_on_its_own_and_lists_go_first():
     assert shares == pytest.approx({"train": 0.7, "val": 0.1, "test": 0.2}, abs=0.03)
     assert SplitRule(val=("5",)).split_of("5") == "val"
     assert dealt != {str(k): SplitRule(seed=1).split_of(str(k)) for k in range(2000)}
-
-
-@pytest.mark.parametrize(
-    ("path", "names"),
-    [
-        ("x/02_06.bvh", ("02_06", "02")),
-        ("x/02_06_daz.bvh", ("02_06", "02")),
-        ("/d/anna/walk.bvh", ("anna_walk", "anna")),
-        ("/d/anna/2_walk.bvh", ("anna_2_walk", "anna")),
-    ],
-)  # fmt: skip
-def test_names_of_recordings_and_subjects(path, names):
-    assert trial_and_subject(Path(path)) == names
 
 
 @needs_data

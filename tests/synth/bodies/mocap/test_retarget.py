@@ -134,7 +134,7 @@ def test_the_other_angles_of_a_ball_joint_point_the_limb_as_well():
         assert ball_miss((*start[:3], start[3] + 0.2), limb, beyond, bend, side) == pytest.approx(0.2, abs=1e-6)
 
 
-@pytest.mark.parametrize("bend", [2.0, 8.0, 14.0, 20.0, 30.0])
+@pytest.mark.parametrize("bend", [4.0, 8.0, 14.0, 20.0, 30.0])
 def test_slight_bends_of_level_arms_come_back(bend):
     angles = degrees(shoulder_abduction=90.0, elbow_flexion=bend)
     found = retarget(read([angles]))
