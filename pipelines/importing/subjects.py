@@ -11,7 +11,9 @@ SubjectFrom = Literal["auto", "folder", "name"]
 _NUMBERED = re.compile(r"(\d{1,3})_(\d{1,3})(?:_(?!\d+(?:_|$)).*)?")
 """SUBJECT_TRIAL and SUBJECT_TRIAL_any, as in the CMU database; three numbers are a date."""
 _DATE = re.compile(
-    r"(?:19|20)\d\d[-_. ]?\d{1,2}(?:[-_. ]?\d{1,2})?(?!\d)|\d{1,2}[-_. ]\d{1,2}[-_. ](?:\d{4}|\d\d)(?!\d)|\d{6,}"
+    r"(?:19|20)\d\d[-_. ]?\d{1,2}(?:[-_. ]?\d{1,2})?(?!\d)"
+    r"|\d{1,2}[-_. ]\d{1,2}[-_. ](?:\d{4}|\d\d)(?!\d)"
+    r"|\d{6,}"
 )
 _PERSON = re.compile(r"(?:subject|subj|actor|person|participant|performer)[-_ ]?\d+", re.IGNORECASE)
 _NO_PERSON = re.compile(r"(?:session|day|take|trial|visit|bvh|mocap|recording)s?[-_ ]?\d*", re.IGNORECASE)
@@ -35,7 +37,8 @@ def trial_and_subject(path: Path, subject_from: SubjectFrom = "auto") -> tuple[s
     """Names of a recording and its subject.
 
     "auto" takes "02_06" and "02" of 02_06_x.bvh, and else the folder; "folder" takes the nearest folder that is not
-    named after a date or a session, at most the folder that is imported; "name" takes what the file's name begins with, after any date.
+    named after a date or a session, at most the folder that is imported; "name" takes what the file's name begins
+    with, after any date.
 
     Args:
         path: The file.
