@@ -306,8 +306,8 @@ def test_each_file_that_is_junk_is_one_line_and_the_others_are_imported(tmp_path
     head, mark, values = good.partition("MOTION\n")
     files = {
         "channels": head.replace("CHANNELS 3", "CHANNELS 1000000000") + mark + values,
-        "commas": good.replace(" 0.1", " 0,1", 1) if " 0.1" in good else good.replace("0.", "0,", 1),
-        "short": good[: good.rindex("\n", 0, -1)].rpartition(" ")[0] + "\n",
+        "commas": head + mark + values.replace(".", ",", 5),
+        "short": good.rstrip().rpartition(" ")[0],
         "nested": "HIERARCHY\n" + "ROOT a\n{\n" * 5000 + "MOTION\nFrames: 1\nFrame Time: 0.1\n1\n",
         "flat": re.sub("OFFSET .*", "OFFSET 0 0 0", head) + mark + values,
         "empty": "",
