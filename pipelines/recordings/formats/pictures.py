@@ -1,0 +1,81 @@
+"""PNG and TIFF: integers of 16 bits, and in TIFF also floats and wider integers."""
+
+import struct
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.foreign import ForeignFileError
+from pipelines.recordings.formats.whole import check_pixels, read_whole
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_TIFF = {b"II*\0": "<", b"MM\0*": ">", b"II+\0": "<", b"MM\0+": ">"}
+"""How a TIFF begins, and the order of its bytes; + is BigTIFF."""
+_WIDTH, _HEIGHT = 256, 257
+_INTEGERS = {1: "B", 3: "H", 4: "I", 16: "Q"}
+"""Types of TIFF's entries that hold whole numbers, as `struct` calls them."""
+
+
+def read_png(path: Path) -> NDArray:
+    """(height, width) uint16, as stored.
+
+    Raises:
+        ForeignFileError: The file is damaged, something else, or has several channels or fewer bits.
+    """
+    data = read_whole(path)
+    if not data.startswith(_PNG):
+        raise ForeignFileError(f"{path} is not a PNG file")
+    if len(data) < 33 or b"IEND" not in data[-64:]:
+        raise ForeignFileError(f"{path} is damaged: the PNG is incomplete")
+    check_pixels(path, *struct.unpack(">II", data[16:24]))
+    return _decoded(path, data)
+
+
+def read_tiff(path: Path) -> NDArray:
+    """(height, width) integers of at least 16 bits or floats, as stored: the file's first image.
+
+    Raises:
+        ForeignFileError: The file is damaged, something else, or has several channels or fewer bits.
+    """
+    data = read_whole(path)
+    if data[:4] not in _TIFF:
+        raise ForeignFileError(f"{path} is not a TIFF file")
+    check_pixels(path, *_tiff_size(path, data))
+    return _decoded(path, data)
+
+
+def _decoded(path: Path, data: bytes) -> NDArray:
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        image = None
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+    if image is None:
+        raise ForeignFileError(f"{path} is damaged: it cannot be decoded")
+    if image.ndim != 2:
+        raise ForeignFileError(f"{path} has {image.shape[2]} channels, must have one: depth")
+    if image.itemsize < 2:
+        raise ForeignFileError(f"{path} has {8 * image.itemsize} bits a pixel, must have at least 16: depth")
+    return np.asarray(image)
+
+
+def _tiff_size(path: Path, data: bytes) -> tuple[int, int]:
+    """Width and height of a TIFF's first image, by its directory."""
+    order, is_big = _TIFF[data[:4]], data[2:3] == b"+" or data[3:4] == b"+"
+    try:
+        (start,) = struct.unpack_from(order + ("Q" if is_big else "I"), data, 8 if is_big else 4)
+        (n_entries,) = struct.unpack_from(order + ("Q" if is_big else "H"), data, start)
+        first, length, value = (start + 8, 20, 12) if is_big else (start + 2, 12, 8)
+        sizes: dict[int, int] = {}
+        for place in range(first, first + length * min(n_entries, 4096), length):
+            tag, kind = struct.unpack_from(order + "HH", data, place)
+            if tag in (_WIDTH, _HEIGHT):
+                (sizes[tag],) = struct.unpack_from(order + _INTEGERS[kind], data, place + value)
+        return sizes[_WIDTH], sizes[_HEIGHT]
+    except (struct.error, KeyError):
+        raise ForeignFileError(f"{path} is damaged: its TIFF directory cannot be read") from None
