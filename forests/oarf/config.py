@@ -21,7 +21,7 @@ class OARFConfig:
         n_pixels: Pixels drawn from the person in a training frame.
         n_occluder_pixels: Pixels drawn from objects in a training frame (not for the baseline).
         leaf_bandwidth_m: b of the leaves' mean shift [m].
-        n_modes: Modes kept a joint in a leaf, for body and for occluder samples each.
+        n_leaf_votes: Votes kept a joint in a leaf, for body and for occluder samples each.
         n_voting_pixels: Pixels that vote in a frame.
         growth: How a tree is grown.
     """
@@ -32,7 +32,7 @@ class OARFConfig:
     n_pixels: int = 1000
     n_occluder_pixels: int = 1000
     leaf_bandwidth_m: float = 0.05
-    n_modes: int = 2
+    n_leaf_votes: int = 2
     n_voting_pixels: int = 500
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
@@ -47,4 +47,4 @@ class OARFConfig:
             raise ValueError(f"leaf_bandwidth_m={self.leaf_bandwidth_m} must be in 0.001..1 m")
 
 
-_LEAST = {"n_trees": 1, "seed": 0, "n_pixels": 1, "n_occluder_pixels": 0, "n_modes": 1, "n_voting_pixels": 1}
+_LEAST = {"n_trees": 1, "seed": 0, "n_pixels": 1, "n_occluder_pixels": 0, "n_leaf_votes": 1, "n_voting_pixels": 1}
