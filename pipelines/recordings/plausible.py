@@ -48,12 +48,14 @@ class _Person(NamedTuple):
 
     Attributes:
         median_mm: Median depth.
-        height_m: Of its largest piece; NaN if the image cuts it above or below.
-        share: Of the image's pixels in its largest piece.
+        height_m: Of its largest piece, as far as the image shows it.
+        is_whole: The image cuts that piece neither above nor below.
+        share: Of the image's pixels in that piece.
     """
 
     median_mm: float
     height_m: float
+    is_whole: bool
     share: float
 
 
@@ -106,7 +108,7 @@ def judge_values(source: str, values: NDArray, layout: Layout) -> None:
         kind = "floats" if values.dtype.kind == "f" else "integers"
         raise ImplausibleError(
             f"{source}: {kind} are read as {_called(unit)}, but the values go up to {float(there.max()):g} (median "
-            f"{median:g}), and what is beyond 65 m is no depth; {_proposal(median * unit, unit, np.nan)}"
+            f"{median:g}), and what is beyond 65 m is no depth; {_proposal(median * unit, unit, np.nan)[1]}"
         )
 
 
@@ -130,14 +132,16 @@ def judge_person(source: str, depth: NDArray[np.uint16], camera: Pinhole, unit_o
         raise ImplausibleError(
             f"{source} shows no person: the largest piece of its depth has {_percent(person.share)} of the pixels"
         )
-    is_out = not NEAREST_MM <= person.median_mm <= FARTHEST_MM or person.height_m > TALLEST_M
-    if not (is_out or person.median_mm > FAR_MM or person.height_m < SMALLEST_M):
+    is_tall = person.height_m > TALLEST_M and (person.share < 0.5 or person.median_mm > FAR_MM)
+    is_small = person.height_m < SMALLEST_M and person.is_whole
+    is_out = not NEAREST_MM <= person.median_mm <= FARTHEST_MM or (is_tall and person.is_whole)
+    if not (is_out or is_tall or is_small or person.median_mm > FAR_MM):
         return ""
     said = f"{source}: what is kept of it has a median depth of {_metres(person.median_mm)}"
-    if np.isfinite(person.height_m):
+    if person.is_whole or is_tall:
         said += f" and a height of {person.height_m:.2g} m"
-    proposal = _proposal(person.median_mm, unit_of(), person.height_m)
-    if is_out:
+    fits, proposal = _proposal(person.median_mm, unit_of(), person.height_m if person.is_whole else np.nan)
+    if is_out or (is_small and fits):
         raise ImplausibleError(
             f"{said}, so it is no person; {proposal}; or the camera or the range of depth is wrong"
         )
@@ -155,9 +159,9 @@ def described(values_mm: NDArray[np.uint16]) -> str:
 def _looks_swapped(values: NDArray, unit: float) -> bool:
     """Whether the values with their bytes exchanged are much smoother, or alone make sense."""
     if values.dtype.kind == "f":
-        return not 1e-3 < _median(values) * unit < 1e9 and (
-            NEAREST_MM < _median(values.byteswap()) * unit < FARTHEST_MM
-        )
+        with np.errstate(invalid="ignore"):
+            swapped = values.byteswap()
+        return NEAREST_MM < _median(swapped) * unit < FARTHEST_MM and _spread(values) > 1e3 * _spread(swapped)
     if values.itemsize > 2:
         if values.min() < 0 or values.max() > MAX_MM:
             return False
@@ -187,6 +191,17 @@ def _median(values: NDArray) -> float:
     return float(np.median(there.astype(np.float64))) if there.size else 0.0
 
 
+def _spread(values: NDArray) -> float:
+    """How many times the 95th percentile of the magnitudes is the 5th; floats in a wrong order have any magnitude."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        size = np.abs(values.astype(np.float64))
+    size = size[np.isfinite(size) & (size > 0)]
+    if not size.size:
+        return 1.0
+    low, high = np.percentile(np.log(size), [5, 95])
+    return float(np.exp(min(high - low, 700.0)))
+
+
 def _without_backdrop(values: NDArray) -> NDArray:
     """Values other than the largest, if many are equal to it: renderers fill the background with a large number."""
     there = values[~marked_as_nothing(values)]
@@ -204,22 +219,25 @@ def _measured(depth: NDArray[np.uint16], camera: Pinhole) -> _Person:
     n_pixels[0] = 0
     largest = regions == int(n_pixels.argmax())
     rows = np.flatnonzero(largest.any(axis=1))
-    is_cut = rows[0] == 0 or rows[-1] == len(depth) - 1
-    height_m = np.nan if is_cut else len(rows) * float(np.median(depth[largest])) / 1000.0 / camera.fy
-    return _Person(float(np.median(depth[depth > 0])), height_m, float(n_pixels.max() / depth.size))
+    is_whole = bool(rows[0] > 0 and rows[-1] < len(depth) - 1)
+    height_m = len(rows) * float(np.median(depth[largest])) / 1000.0 / camera.fy
+    return _Person(float(np.median(depth[depth > 0])), height_m, is_whole, float(n_pixels.max() / depth.size))
 
 
-def _proposal(median_mm: float, unit: float, height_m: float) -> str:
-    """Which units would make a person of a median depth, in words; those that fit the height too, if any does."""
+def _proposal(median_mm: float, unit: float, height_m: float) -> tuple[bool, str]:
+    """Which units would make a person of a median depth, in words; and whether they fit the height too.
+
+    If any fits the height, only such are told; a height of NaN is not known.
+    """
     known = _OF_FLOATS if unit >= 1000.0 else _OF_INTEGERS
     fits = [u for u in known if u != unit and _USUAL_MM[0] <= median_mm * u / unit <= _USUAL_MM[1]]
     tall = [u for u in fits if _USUAL_M[0] <= height_m * u / unit <= _USUAL_M[1]]
     if not fits:
-        return "no usual unit makes sense of it (disparities must be converted to depth first)"
+        return False, "no usual unit makes sense of it (disparities must be converted to depth first)"
     said = [
         f"mm_per_unit = {u:g} ({known[u]}) would make it {_metres(median_mm * u / unit)}" for u in tall or fits
     ]
-    return f"in a layout, {', '.join(said)}"
+    return bool(tall), f"in a layout, {', or '.join(said)}"
 
 
 def _called(unit: float) -> str:
