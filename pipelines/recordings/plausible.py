@@ -192,13 +192,11 @@ def _median(values: NDArray) -> float:
 
 
 def _spread(values: NDArray) -> float:
-    """How many times the 95th percentile of the magnitudes is the 5th; floats in a wrong order have any magnitude."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        size = np.abs(values.astype(np.float64))
-    size = size[np.isfinite(size) & (size > 0)]
-    if not size.size:
+    """How many times the 95th percentile is the 5th; floats in a wrong order have any magnitude."""
+    there = _without_backdrop(values).astype(np.float64)
+    if not there.size:
         return 1.0
-    low, high = np.percentile(np.log(size), [5, 95])
+    low, high = np.percentile(np.log(there), [5, 95])
     return float(np.exp(min(high - low, 700.0)))
 
 

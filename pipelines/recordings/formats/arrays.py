@@ -23,7 +23,7 @@ def read_npy(path: Path) -> NDArray:
     try:
         # Mapped, so that a header cannot ask for more memory than the file has bytes.
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OSError, EOFError, SyntaxError):
+    except Exception:  # the header is a Python literal, whose parser raises anything
         raise ForeignFileError(f"{path} is damaged, or does not hold a plain array") from None
     shape = tuple(n for n in array.shape if n != 1) if array.ndim == 3 else array.shape
     if len(shape) != 2 or array.dtype.kind not in "iuf":

@@ -4,9 +4,7 @@ import stat
 from pathlib import Path
 
 from pipelines.foreign import ForeignFileError, check_size
-
-BYTES_PER_PIXEL = 16
-"""What a pixel takes on its way from the file to its depth: the image as stored, as a real number, and regions."""
+from pipelines.recordings.layout import MAX_SIDE
 
 
 def read_whole(path: Path) -> bytes:
@@ -24,11 +22,12 @@ def read_whole(path: Path) -> bytes:
 
 
 def check_pixels(path: Path, width: int, height: int) -> None:
-    """Refuses an image without pixels, or with more than memory should be taken for.
+    """Refuses an image without pixels, or with more than any camera has.
 
     Raises:
         ForeignFileError: Either.
     """
     if width < 1 or height < 1:
         raise ForeignFileError(f"{path} is damaged: its image has {width}x{height} pixels")
-    check_size(path, width * height * BYTES_PER_PIXEL, f"its image of {width}x{height} pixels")
+    if max(width, height) > MAX_SIDE:
+        raise ForeignFileError(f"{path} has {width}x{height} pixels; at most {MAX_SIDE} a side are read")
