@@ -38,4 +38,8 @@ def recognised(folder: Path) -> list[str]:
 
 
 def _fitted(folder: Path, layout: Layout) -> Layout:
-    return as_exported(list_files(folder, layout.files)[0], layout) if layout.format == "itop" else layout
+    """The layout, or with the size and camera that the first file tells that tells any."""
+    if layout.format != "itop":
+        return layout
+    told = (as_exported(path, layout) for path in list_files(folder, layout.files))
+    return next((fitted for fitted in told if fitted is not layout), layout)

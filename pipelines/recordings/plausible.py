@@ -171,7 +171,9 @@ def _looks_swapped(values: NDArray, unit: float) -> bool:
     if not NEAREST_MM < median < FARTHEST_MM:
         return False
     as_is, otherwise = _roughness(values), _roughness(swapped)
-    return as_is > max(3.0 * otherwise, 1e-3) or (_median(values) * unit > FARTHEST_MM and otherwise <= as_is)
+    if as_is > max(3.0 * otherwise, 1e-3):
+        return True
+    return _median(values) * unit > FARTHEST_MM and _USUAL_MM[0] <= median <= _USUAL_MM[1] and otherwise <= as_is
 
 
 def _roughness(values: NDArray) -> float:
