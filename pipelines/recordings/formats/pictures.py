@@ -1,6 +1,7 @@
 """PNG and TIFF: integers of 16 bits, and in TIFF also floats and wider integers."""
 
 import struct
+import zlib
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,10 @@ from pipelines.foreign import ForeignFileError
 from pipelines.recordings.formats.whole import check_pixels, read_whole
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}
+"""Of PNG's kinds of colour."""
+_MOST_INFLATED = 1032
+"""PNG's compression makes at most so many bytes of one."""
 _TIFF = {b"II*\0": "<", b"MM\0*": ">", b"II+\0": "<", b"MM\0+": ">"}
 """How a TIFF begins, and the order of its bytes; + is BigTIFF."""
 _WIDTH, _HEIGHT = 256, 257
@@ -27,9 +32,12 @@ def read_png(path: Path) -> NDArray:
     data = read_whole(path)
     if not data.startswith(_PNG):
         raise ForeignFileError(f"{path} is not a PNG file")
-    if len(data) < 33 or b"IEND" not in data[-64:]:
-        raise ForeignFileError(f"{path} is damaged: the PNG is incomplete")
-    check_pixels(path, *struct.unpack(">II", data[16:24]))
+    _check_chunks(path, data)
+    width, height, bits, colours = struct.unpack(">IIBB", data[16:26])
+    check_pixels(path, width, height)
+    _check_pixel(path, _CHANNELS.get(colours, 1), bits)
+    if height * (2 * width + 1) > _MOST_INFLATED * len(data):
+        raise ForeignFileError(f"{path} is damaged: its {len(data)} bytes cannot hold {width}x{height} pixels")
     return _decoded(path, data)
 
 
@@ -46,6 +54,24 @@ def read_tiff(path: Path) -> NDArray:
     return _decoded(path, data)
 
 
+def _check_chunks(path: Path, data: bytes) -> None:
+    """Makes sure that a PNG has its parts as they were written; decoders take memory for whatever lengths they say."""
+    place, name = len(_PNG), b""
+    while name != b"IEND":
+        if len(data) < place + 12:
+            raise ForeignFileError(f"{path} is damaged: the PNG is incomplete")
+        (length,) = struct.unpack_from(">I", data, place)
+        end = place + 8 + length
+        if len(data) < end + 4:
+            raise ForeignFileError(f"{path} is damaged: the PNG is incomplete")
+        if place == len(_PNG) and (data[place + 4 : place + 8], length) != (b"IHDR", 13):
+            raise ForeignFileError(f"{path} is damaged: the PNG does not begin with its header")
+        name = data[place + 4 : place + 8]
+        if zlib.crc32(data[place + 4 : end]) != struct.unpack_from(">I", data, end)[0]:
+            raise ForeignFileError(f"{path} is damaged: a part of the PNG has another checksum than it says")
+        place = end + 4
+
+
 def _decoded(path: Path, data: bytes) -> NDArray:
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
@@ -57,11 +83,15 @@ def _decoded(path: Path, data: bytes) -> NDArray:
         cv2.utils.logging.setLogLevel(level)
     if image is None:
         raise ForeignFileError(f"{path} is damaged: it cannot be decoded")
-    if image.ndim != 2:
-        raise ForeignFileError(f"{path} has {image.shape[2]} channels, must have one: depth")
-    if image.itemsize < 2:
-        raise ForeignFileError(f"{path} has {8 * image.itemsize} bits a pixel, must have at least 16: depth")
+    _check_pixel(path, 1 if image.ndim == 2 else image.shape[2], 8 * image.itemsize)
     return np.asarray(image)
+
+
+def _check_pixel(path: Path, n_channels: int, n_bits: int) -> None:
+    if n_channels != 1:
+        raise ForeignFileError(f"{path} has {n_channels} channels, must have one: depth")
+    if n_bits < 16:
+        raise ForeignFileError(f"{path} has {n_bits} bits a pixel, must have at least 16: depth")
 
 
 def _tiff_size(path: Path, data: bytes) -> tuple[int, int]:

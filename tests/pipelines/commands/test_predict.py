@@ -143,7 +143,7 @@ def bad_files(folder):
         ("bits.png", "has 8 bits a pixel, must have at least 16"),
         ("colour.png", "has 3 channels, must have one"),
         ("cut.png", "is damaged: the PNG is incomplete"),
-        ("spoilt.png", "pixels; at most 8192 a side are read"),
+        ("spoilt.png", "is damaged: a part of the PNG has another checksum"),
         ("text.png", "is not a PNG file"),
         ("deep.npy", "integers are read as millimetres, but the values go up to 70000 "),
         ("flat.npy", "must hold integers or floats of shape (height, width)"),

@@ -5,6 +5,7 @@ import io
 import os
 import resource
 import struct
+import zlib
 from dataclasses import replace
 
 import cv2
@@ -125,9 +126,10 @@ def test_axes_of_one_element_do_not_matter(tmp_path):
         np.testing.assert_array_equal(read(tmp_path / f"{k}.npy"), depth)
 
 
-def huge_png():
+def huge_png(*size):
     image = cv2.imencode(".png", np.ones((4, 4), np.uint16))[1].tobytes()
-    return image[:16] + struct.pack(">II", 30000, 30000) + image[24:]
+    header = b"IHDR" + struct.pack(">II", *size) + image[24:29]
+    return image[:12] + header + struct.pack(">I", zlib.crc32(header)) + image[33:]
 
 
 def huge_tiff():
@@ -153,7 +155,9 @@ def pcd(**changes):
 
 
 PROMISES = {
-    "a.png": (huge_png, "has 30000x30000 pixels; at most 8192 a side"),
+    "a.png": (lambda: huge_png(30000, 30000), "has 30000x30000 pixels; at most 8192 a side"),
+    "b.png": (lambda: huge_png(8000, 8000), "bytes cannot hold 8000x8000 pixels"),
+    "c.png": (lambda: b"\x89PNG\r\n\x1a\n" + b"\xff\xff\xff\xffIHDR" + bytes(40), "the PNG is incomplete"),
     "a.tiff": (huge_tiff, "has 60000x60000 pixels; at most 8192 a side"),
     "a.pgm": (lambda: b"P5 999999999 999999999 65535\n", "at most 8192 a side"),
     "b.pgm": (lambda: b"P2 8000 8000 65535\n1 2 3", "fewer than its 8000x8000 numbers"),
