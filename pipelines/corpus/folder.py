@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
-from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header
+from pipelines.corpus.header import HEADER_NAME, MAX_FRAMES, Angles, Header, build_header, read_header
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
+from storage.ranges import MAX_SEED, check_number
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
@@ -38,10 +39,11 @@ class Order(Generic[SourceT_co]):
     angles: Angles = ()
 
     def __post_init__(self) -> None:
-        if self.n_frames < 1:
-            raise UserError(f"n_frames={self.n_frames} must be at least 1")
-        if not 0 <= self.seed < 2**63:
-            raise UserError(f"seed={self.seed} must be in 0..2^63-1")
+        try:
+            check_number("n_frames", self.n_frames, 1, MAX_FRAMES)
+            check_number("seed", self.seed, 0, MAX_SEED)
+        except ValueError as error:
+            raise UserError(str(error)) from None
 
 
 @contextlib.contextmanager
@@ -114,7 +116,7 @@ def _write_array_metadata(root: Path, header: Header) -> None:
 def finished_shards(root: Path, header: Header) -> dict[int, ShardLine]:
     """Shards that the manifest names and whose files are all there at full length; clears what else lies about."""
     lines = {}
-    for shard, line in read_manifest(root).items():
+    for shard, line in read_manifest(root, header).items():
         if all(
             path.is_file() and path.stat().st_size == line.n_bytes[name]
             for name, path in shard_files(root, header, shard).items()
