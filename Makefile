@@ -1,8 +1,8 @@
 # Every target sets itself up: it needs python3 (3.11 or newer) and make, nothing else.
 PYTHON ?= python3
 VENV ?= .venv
-UV ?= uv
 BIN := $(VENV)/bin
+UV ?= $(BIN)/uv
 
 .PHONY: demo test test-fast lint format types contracts check bench lock lowest clean
 
@@ -54,18 +54,18 @@ $(VENV)/.installed-dev: requirements-dev.lock pyproject.toml | $(VENV)/bin/pip
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@ $(VENV)/.installed
 
-# Needs uv. The locks hold versions and hashes for every platform, and no index.
-lock:
+# The locks hold versions and hashes for every platform, and no index.
+lock: $(VENV)/.installed-dev
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
 		--group build -o requirements.lock pyproject.toml
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
 		--group build --group dev --all-extras -o requirements-dev.lock pyproject.toml
 
-# Needs uv. The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
+# The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
 LOWEST := $(VENV)-lowest
 LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py tests/pipelines/export
-lowest:
-	$(UV) venv -q --clear --python $(PYTHON) $(LOWEST)
+lowest: $(VENV)/.installed-dev
+	$(UV) venv -q --clear --python $(BIN)/python $(LOWEST)
 	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \
 		--group build --all-extras -o $(LOWEST)/requirements.txt pyproject.toml
 	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset

@@ -85,7 +85,9 @@ def _converted(kind: object, value: object, where: str) -> object:
         return _converted_tuple(arguments, value, where)
     if origin is dict and isinstance(value, Mapping):
         return {key: _converted(arguments[1], item, f"{where}.{key}") for key, item in value.items()}
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind) and isinstance(value, Mapping):
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        if not isinstance(value, Mapping):
+            raise UserError(f"{where}={value!r} must be a table, not {type(value).__name__}")
         return from_table(kind, value, where)
     return _converted_plain(kind, value, where)
 

@@ -180,7 +180,7 @@ def _read_document(path: Path, form: DigestedFormat) -> dict[str, Any]:
         document = None
     if not isinstance(document, dict) or document.get("format") != form.name:
         remedy = f"; of an older one, {form.remedy}" if form.remedy else ""
-        raise form.error(f"{path} is no {form.name}: it lacks our metadata{remedy}")
+        raise form.error(f"{path} is no {form.name}: it lacks the metadata{remedy}")
     return document
 
 

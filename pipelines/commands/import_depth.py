@@ -7,11 +7,12 @@ from typing import Annotated
 
 import tyro
 
+from pipelines.corpus import Order
 from pipelines.errors import UserError
 from pipelines.generation.writing import write_shown
 from pipelines.importing.depth import parse_shares, recorded_order
 from pipelines.recordings.entries import SMALLEST_BLOB
-from pipelines.recordings.frames import Options
+from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import choose_layout
 
 log = logging.getLogger(__name__)
@@ -50,14 +51,22 @@ class DepthSettings:
 
     def run(self) -> int:
         """Imports the folder and tells what it read it as."""
-        if not self.folder.is_dir():
-            raise UserError(f"{self.folder} is not a folder")
-        name, layout = choose_layout(self.folder, self.layout)
-        options = Options(name, self.smallest_blob, self.registration, self.every, parse_shares(self.splits))
-        order = recorded_order(self.folder, layout, options)
+        name, order = self.order()
         log.info("%s has the layout %s: %d frames", self.folder, name, order.n_frames)
         if order.config["import"]["parts"] == "none":
             log.info("the recordings have no joints, so pixels get no part labels")
         write_shown(self.out, order, self.workers)
         log.info("%d frames in %s", order.n_frames, self.out)
         return 0
+
+    def order(self) -> tuple[str, Order[RecordedFrames]]:
+        """The layout's name, and what `write_corpus` is to make.
+
+        Raises:
+            UserError: The folder does not exist, no layout fits it, or the shares are wrong.
+        """
+        if not self.folder.is_dir():
+            raise UserError(f"{self.folder} is not a folder")
+        name, layout = choose_layout(self.folder, self.layout)
+        options = Options(name, self.smallest_blob, self.registration, self.every, parse_shares(self.splits))
+        return name, recorded_order(self.folder, layout, options)

@@ -60,7 +60,7 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
         UserError: There is no file, none can be used, or the index lists a file that is not there.
     """
     if not folder.is_dir():
-        raise UserError(f"{folder} is no folder")
+        raise UserError(f"{folder} is not a folder")
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in USUAL_UP)
     if not files:
         raise UserError(f"{folder} has no files of these kinds: {', '.join(USUAL_UP)}")

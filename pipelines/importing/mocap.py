@@ -94,7 +94,7 @@ def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
         UserError: There is no file, or none can be used.
     """
     if not folder.is_dir():
-        raise UserError(f"{folder} is no folder")
+        raise UserError(f"{folder} is not a folder")
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".bvh")
     if not files:
         raise UserError(f"{folder} has no .bvh files")

@@ -56,7 +56,7 @@ def test_values_of_every_kind_are_taken():
         ({"kind": "metal"}, r"f.toml.kind='metal' is unknown; known are numba, pyrender"),
         ({"span": [1]}, r"f.toml.span has 1 values, must have 2"),
         ({"span": ["a", "b"]}, r"f.toml.span\[0\]='a' must be float"),
-        ({"weights": 3}, r"f.toml.weights=3 must be Weights, not int"),
+        ({"weights": 3}, r"f.toml.weights=3 must be a table, not int"),
         ({"weights": {"table": -1}}, r"f.toml.weights: table=-1.0 must not be negative"),
     ],
 )

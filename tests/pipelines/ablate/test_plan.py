@@ -220,10 +220,10 @@ def test_a_file_goes_before_the_size(tmp_path):
     ("text", "message"),
     [
         ("row = ['rwf']", "unknown key 'row'; known are corpus, rows"),
-        ("rows = ['rwf', 'kinect']", "rows 'kinect' unknown; known are baseline"),
+        ("rows = ['rwf', 'kinect']", "rows: 'kinect' is unknown; known are baseline"),
         ("rows = ['rwf', 'rwf']", "must hold at least 1 names, all different"),
         ("n_seeds = { oarf = 0 }", "n_seeds.oarf=0 must be at least 1"),
-        ("n_seeds = { cnn = 1 }", "n_seeds 'cnn' unknown; known are oarf, rwf"),
+        ("n_seeds = { cnn = 1 }", "n_seeds: 'cnn' is unknown; known are oarf, rwf"),
         ("oarf = 3", ".oarf=3 must be a table"),
         ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
         ("unseen_class = 'bathtub'", "unseen_class: 'bathtub' is unknown; known are table"),
@@ -260,7 +260,7 @@ def test_a_question_that_does_not_fit_is_one_line(tmp_path, capsys):
         (["--questions", "imported", "--poses", "none"], "there is no pose library none"),
         (["--questions", "imported", "--objects", "none"], "there is no object library none"),
         (["--questions", "imported", "--poses", "OBJECTS"], "OBJECTS is no"),
-        (["--questions", "imported", "--objects", "CUT"], "CUT is no object library or damaged"),
+        (["--questions", "imported", "--objects", "CUT"], "CUT is damaged or truncated"),
         (
             ["--questions", "imported", "--poses", "POSES"],
             "POSES has no poses in the split test; import some with --test",

@@ -69,7 +69,7 @@ def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, c
     out = capsys.readouterr().out
     refused = [line for line in out.splitlines() if line.startswith("refused: ")]
     for name, reason in [
-        ("01_01_again.bvh", "is trial 01_01 again, which 01_01.bvh gave already"),
+        ("01_01_again.bvh", "is trial 01_01 again, which was already read from 01_01.bvh"),
         ("a_text.bvh", "is not a BVH file"),
         ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
         ("d_nan.bvh", "has no frame without NaN"), ("e_zero.bvh", "has 0 frames"),
@@ -123,7 +123,7 @@ def test_a_corpus_takes_its_poses_and_records_their_digest(lib, tmp_path, capsys
     [
         (["--poses", "none"], "there is no pose library none"),
         (["--poses", "LIB", "--poses-share", "2"], "share=2.0"),
-        (["--poses", "BROKEN"], "is no pose library or damaged"),
+        (["--poses", "BROKEN"], "is truncated, or no pose library"),
     ],
 )
 def test_a_library_that_cannot_be_used_is_one_line(lib, tmp_path, capsys, words, message):

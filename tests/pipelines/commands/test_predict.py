@@ -167,7 +167,7 @@ def test_files_that_hold_no_depth_are_one_line(model, tmp_path, capsys, name, me
         (["PNG"], "the camera is needed: give either --camera NAME or --intrinsics"),
         (["PNG", "--camera", "kinect_v2", *CAMERA], "the camera is needed: give either"),
         (["PNG", "--camera", "kinect_v9"], "camera 'kinect_v9' is unknown; known cameras: azure_kinect"),
-        (["PNG", "--camera", "kinect_v2"], "is 64x48, but camera kinect_v2 gives 512x424"),
+        (["PNG", "--camera", "kinect_v2"], "is 64x48, but the camera kinect_v2 has 512x424"),
         (["PNG", "--intrinsics", "0", "60", "31", "23"], "fx and fy above 0"),
         (["PNG", "--intrinsics", "60", "60", "nan", "23"], "must be finite"),
         (["PNG", "PNG", *CAMERA], "several images are called seen"),

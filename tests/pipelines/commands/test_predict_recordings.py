@@ -187,9 +187,9 @@ def test_every_and_no_pictures(models, folder, tmp_path):
         (["FOLDER", "FOLDER", *INTRINSICS], "give one folder, or files only; 2 paths were given"),
         (["FOLDER", "--camera", "kinect_v2"], "no file that can be read; the first one failed: .*has 512x424"),
         (["FOLDER/d_5.png", "--layout", "itopp"], "layout 'itopp' is unknown"),
-        (["FOLDER/a.raw", *INTRINSICS], "a.raw does not tell the size of its images"),
-        (["FOLDER/a.raw", "FOLDER/b/a.raw", *INTRINSICS], "several images are called a:"),
-        (["MIXED", *INTRINSICS], "has files .npy and .png: say which are depth"),
+        (["FOLDER/a.raw", *INTRINSICS], "a.raw does not contain the size of its images"),
+        (["FOLDER/a.raw", "FOLDER/b/a.raw", *INTRINSICS], "several images are called a,"),
+        (["MIXED", *INTRINSICS], "has files of several kinds"),
         (["EMPTY", *INTRINSICS], "has no depth files: none ends in"),
     ],
 )

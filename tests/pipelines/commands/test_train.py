@@ -101,7 +101,9 @@ def test_trees_of_other_settings_are_refused_or_dropped(trained, toy_corpus, tmp
         assert train(toy_corpus, out, "--seed", "6", "--mode", "occluders") == 130
     capsys.readouterr()
     assert train(toy_corpus, out) == 1
-    assert "config.mode is 'occluders' there and 'semantic' here; finish that one, or give" in error_line(capsys)
+    assert "config.mode is 'occluders' there and 'semantic' here; finish that training, or give" in error_line(
+        capsys
+    )
     assert len(list((tmp_path / "m.partial").iterdir())) == 2
     assert train(toy_corpus, out, "--overwrite") == 0
     assert out.read_bytes() == trained.read_bytes()
@@ -111,7 +113,7 @@ def test_a_model_is_replaced_only_if_asked(trained, toy_corpus, tmp_path, capsys
     out = tmp_path / "m"
     write_model(out, "oarf", {}, {})
     assert train(toy_corpus, out) == 1
-    assert "exists already; give --overwrite to replace it" in error_line(capsys)
+    assert "exists already; add --overwrite to replace it" in error_line(capsys)
     assert train(toy_corpus, out, "--overwrite") == 0
     assert out.read_bytes() == trained.read_bytes()
 
@@ -172,7 +174,7 @@ def test_values_out_of_range_end_with_code_2(toy_corpus, tmp_path, capsys, words
     [
         ("frames = 3", "unknown key 'frames'; known are sensor, max_frames, threads, overwrite, forest"),
         ("[forest]\nn_tree = 3", ".forest has an unknown key 'n_tree'; known are mode, n_trees"),
-        ("forest = 3", ".forest must be a table"),
+        ("forest = 3", ".forest=3 must be a table, not int"),
         ("[forest.growth]\nmax_depth = 99", "max_depth=99"),
     ],
 )

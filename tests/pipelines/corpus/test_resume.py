@@ -120,7 +120,7 @@ def test_another_corpus_or_foreign_files_are_not_touched(tmp_path, order, bytes_
     out = tmp_path / "c"
     write_corpus(out, order(5))
     before = bytes_of(out)
-    with pytest.raises(UserError, match="another corpus: n_frames is 5 there and 6 here"):
+    with pytest.raises(UserError, match="other settings: n_frames is 5 there and 6 here"):
         write_corpus(out, order(6))
     changed = order(5)
     changed.config["toy"] = False

@@ -12,7 +12,7 @@ from toy_source import ToySource
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.sequence import CorpusFrames
-from pipelines.export import export
+from pipelines.export.write import export
 from pipelines.metrics.truths import read_truths
 from synth.vocabulary import JOINT_NAMES, JointState
 
