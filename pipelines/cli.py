@@ -157,11 +157,11 @@ class _StdoutHandler(logging.StreamHandler):
     """Prints to standard output; where that cannot be written, the command ends."""
 
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's own name
-        """Lets the error through that is being handled; one of the stream says so."""
+        """Lets an error of the stream through, with its name."""
         error = sys.exception()
-        if isinstance(error, OSError) and error.filename is None:
+        if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror, "standard output") from error
-        raise  # noqa: PLE0704
+        super().handleError(record)
 
 
 def _one_thread_for_small_matrices() -> None:

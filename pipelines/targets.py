@@ -5,16 +5,16 @@ from pathlib import Path
 
 from pipelines.errors import UserError
 
-MARK = "undergrowth"
-"""Names the writer in every file that a command may replace: PNG text, HTML generator, JSON schema."""
+PNG_MARK = b"Software\0undergrowth"
+"""Text that pictures of ours carry."""
 _HEAD_BYTES = 4096
 _MARKS = {
-    ".png": b"Software\0undergrowth",
+    ".png": PNG_MARK,
     ".html": b'<meta name="generator" content="undergrowth">',
     ".json": b'"schema": "undergrowth ',
     ".jsonl": b'"schema":"undergrowth ',
 }
-"""What files of ours have near their beginning, by the ending of their names."""
+"""What files of ours have near their beginning, by kind."""
 
 
 def check_file(path: Path, read: Callable[[Path], object], overwrite: bool | None = None) -> None:
@@ -56,28 +56,35 @@ def check_folder(folder: Path, names: Iterable[str] = ()) -> None:
 
     Args:
         folder: The folder.
-        names: Of the files that will be written; those that are there already must be ours.
+        names: Of the pictures, pages and JSON files that will be written; those that are there must be ours.
 
     Raises:
         UserError: A file has the name of the folder or of one above it, or a file of others would be replaced.
     """
-    above = next(path for path in (folder, *folder.parents) if path.exists())
+    above = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not above.is_dir():
         raise UserError(f"{above} is a file, not a folder")
     for name in names:
-        if (folder / name).exists():
-            check_marked(folder / name)
+        check_ours(folder / name, Path(name).suffix)
 
 
-def check_marked(path: Path) -> None:
-    """Makes sure that a picture, page or JSON file was written by this program.
+def check_ours(path: Path, kind: str) -> None:
+    """Makes sure that a picture, page or JSON file was written by this program, if it is there.
+
+    Args:
+        path: The file.
+        kind: ".png", ".html", ".json" or ".jsonl".
 
     Raises:
-        UserError: It was not, or is a folder.
+        UserError: It was not, or a folder has its name.
     """
+    if not path.exists():
+        return
     if path.is_dir():
-        raise UserError(f"{path} is a folder; choose another place")
+        raise UserError(f"{path} is a folder; choose another place for the results")
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
-    if _MARKS[path.suffix] not in head:
-        raise UserError(f"{path} was not written by this command; it will not be overwritten, so choose another place")
+    if _MARKS[kind] not in head:
+        raise UserError(
+            f"{path} was not written by this command; it will not be overwritten, so choose another place"
+        )

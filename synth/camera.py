@@ -39,7 +39,9 @@ class Camera:
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
             raise ValueError(f"camera size {self.width}x{self.height} must be in 1..{MAX_SIDE} pixels a side")
         if not (0 < self.fx <= MAX_PIXELS and 0 < self.fy <= MAX_PIXELS):
-            raise ValueError(f"focal lengths fx={self.fx}, fy={self.fy} must be positive and at most {MAX_PIXELS} px")
+            raise ValueError(
+                f"focal lengths fx={self.fx}, fy={self.fy} must be positive and at most {MAX_PIXELS} px"
+            )
         if not (abs(self.cx) <= MAX_PIXELS and abs(self.cy) <= MAX_PIXELS):
             raise ValueError(f"principal point cx={self.cx}, cy={self.cy} must be within {MAX_PIXELS} px")
 

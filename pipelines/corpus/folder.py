@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
-from pipelines.corpus.header import HEADER_NAME, MAX_FRAMES, Angles, Header, build_header, read_header
+from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
-from storage.ranges import MAX_SEED, check_number
+from storage.ranges import MAX_FRAMES, MAX_SEED, check_number
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
@@ -51,7 +51,7 @@ def locked_folder(root: Path) -> Iterator[None]:
     """Holds the folder against a second writer; the lock goes with the process.
 
     Raises:
-        UserError: Another process writes there.
+        UserError: Another process writes there, or has just renamed the folder.
     """
     handle = os.open(root, os.O_RDONLY)
     try:
@@ -59,6 +59,8 @@ def locked_folder(root: Path) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise UserError(f"{root} is being written by another command") from None
+        if not root.exists() or not os.path.samestat(os.fstat(handle), root.stat()):
+            raise UserError(f"{root} has just been written by another command")
         yield
     finally:
         os.close(handle)

@@ -13,15 +13,13 @@ import numpy as np
 
 from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
 from pipelines.errors import CorpusError
-from storage.ranges import MAX_SEED
+from storage.ranges import MAX_FRAMES, MAX_SEED
 from synth.camera import MAX_SIDE
 from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, SPLITS, JointState
 
 SCHEMA = "undergrowth corpus"
 SCHEMA_VERSION = 1
 HEADER_NAME = "corpus.json"
-MAX_FRAMES = 10**8
-"""Of a corpus."""
 _PACKAGES = ("numpy", "numba", "numcodecs", "scipy")
 Angles = tuple[tuple[str, float, float], ...]
 """Name, lower and upper limit [rad] of each joint angle of the skeleton; empty if it has none to tell."""

@@ -241,7 +241,7 @@ def is_results(path: Path) -> None:
     with reading(path, "a file of results"):
         header = json.loads(str(read_arrays(path, ("header",))["header"]))
         if header["schema"] != SCHEMA:
-            raise ValueError(f"it holds {header["schema"]!r:.40}")
+            raise ValueError(f"it holds {header['schema']!r:.40}")
 
 
 def _results(method: str, header: dict, columns: dict[str, np.ndarray], is_own: NDArray[np.bool_]) -> Results:
