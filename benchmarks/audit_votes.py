@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.oarf.calibrate import WITHIN_M
+from forests.calibration import WITHIN_M
 from forests.oarf.model import OARFModel
+from forests.oarf.packed import pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model
 from forests.oarf.tune import tune
@@ -31,9 +32,10 @@ def silenced(model: OARFModel, layers: tuple[int, ...]) -> OARFModel:
     """The forest with votes of these layers alone."""
     trees = []
     for tree in model.trees:
-        weight = np.zeros_like(tree.leaves.weight)
-        weight[:, list(layers)] = tree.leaves.weight[:, list(layers)]
-        trees.append(tree._replace(leaves=tree.leaves._replace(weight=weight)))
+        table = tree.leaves.unpacked()
+        weight = np.zeros_like(table.weight)
+        weight[:, list(layers)] = table.weight[:, list(layers)]
+        trees.append(tree._replace(leaves=pack_leaves(table._replace(weight=weight))))
     return replace(model, trees=tuple(trees))
 
 

@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from forests.crops import Crops
 from forests.growing import GrownTree, GrowthConfig, grow_class_tree
-from forests.oarf.leaves import N_STARTS, N_VOTES, leaf_table
+from forests.oarf.leaves import N_DRAWN, N_STARTS, LeafRules, leaf_table
 from forests.samples import Samples, TrainingSet, gather
 from forests.tree import NODE_DTYPE
 from tests.reference_forests_modes import leaf_modes
@@ -73,7 +73,7 @@ def timed(work):
 
 def nearness(table, exact, has):
     """Shares of first modes within 1 cm, and the mean difference of their weights."""
-    apart = np.linalg.norm(table.mode[..., 0, :] - exact.mode[..., 0, :], axis=-1)[has]
+    apart = np.linalg.norm(table.vote[..., 0, :] - exact.vote[..., 0, :], axis=-1)[has]
     weight = np.abs(table.weight[..., 0] - exact.weight[..., 0])[has]
     return f"{100 * (apart < 0.01).mean():6.2f} % within 1 cm, weights {weight.mean():.4f} apart"
 
@@ -91,7 +91,7 @@ def twin(training, classes, n_parts, tree, table):
         mode, weight = leaf_modes(offsets, classes[members] >= n_parts, BANDWIDTH, N_MODES, table.weight.shape[1])
         # Where two modes weigh the same, either may come first.
         is_clear = weight[..., 0] > weight[..., 1] + 1e-6
-        apart = np.linalg.norm(table.mode[leaf, ..., 0, :] - mode[..., 0, :], axis=-1)
+        apart = np.linalg.norm(table.vote[leaf, ..., 0, :] - mode[..., 0, :], axis=-1)
         n_near += (apart < 0.01)[is_clear].sum()
         n += is_clear.sum()
     cpu = (time.process_time() - begin) / (len(leaves) * training.joints.shape[1])
@@ -112,27 +112,15 @@ def main():
     n = (len(tree.leaf_start) - 1) * training.joints.shape[1]
     print(f"{len(classes)} samples, {len(tree.leaf_start) - 1} leaves, {training.joints.shape[1]} joints")
 
+    rules = LeafRules(n_classes, n_parts, BANDWIDTH, N_MODES, 0, 0)
+
     def run(n_starts):
-        return leaf_table(
-            training,
-            classes,
-            n_classes,
-            n_parts,
-            tree,
-            BANDWIDTH,
-            N_MODES,
-            options.threads,
-            0,
-            0,
-            n_starts=n_starts,
-        )
+        return leaf_table(training, classes, tree, rules._replace(n_starts=n_starts), options.threads)
 
     one_leaf = tree._replace(leaf_start=tree.leaf_start[[0, -1]])
-    _, compile_s, _ = timed(
-        lambda: leaf_table(training, classes, n_classes, n_parts, one_leaf, BANDWIDTH, N_MODES, 1, 0, 0)
-    )
+    _, compile_s, _ = timed(lambda: leaf_table(training, classes, one_leaf, rules))
     print(f"compile, or load from the cache {compile_s:8.2f} s")
-    exact, wall, exact_cpu = timed(lambda: run(N_VOTES))
+    exact, wall, exact_cpu = timed(lambda: run(N_DRAWN))
     print(f"every vote climbs               {n / exact_cpu:12.0f} /CPU s  {exact_cpu:.2f} CPU s, {wall:.2f} s")
     has = exact.weight[..., 0] > 0
     for n_starts in options.starts:

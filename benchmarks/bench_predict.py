@@ -15,20 +15,20 @@ from pathlib import Path
 import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 
+from forests.calibration import WITHIN_M
 from forests.crops import crop_image
 from forests.frames import DepthFrame, FrameSubset
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train
 from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model
+from forests.oarf.train import train
 from forests.oarf.vote import Votes
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
 
 N_PIXELS = (125, 250, 500, 1000, 2000)
-WITHIN_M = 0.1
 
 
 def cpu_us(call: Callable[[DepthFrame], object], frames: Sequence[DepthFrame], repeats: int = 5) -> float:

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import BOX_MARGIN_M, Box, upper_body_box, upper_foreground_box
+from forests.calibration import WITHIN_M
 from forests.crops import foreground_box
-from forests.rwf.start import Box, start_point, upper_body_box, upper_foreground_box
-from forests.rwf.train import BOX_MARGIN_M
+from forests.rwf.start import start_point
 from pipelines.corpus import Corpus
 from pipelines.models.asking import Contestant, ask
 from pipelines.models.opening import open_model
@@ -26,7 +27,6 @@ from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, JointState
 
 FPS, STRETCH_S, N_STRETCHES = 30.0, 5.0, 3
-WITHIN_M = 0.1
 
 
 def known(frame: Frame, names: tuple[str, ...]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

@@ -13,10 +13,9 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
-from forests.rwf.forest import Walker  # noqa: E402
-from forests.rwf.start import upper_body_box  # noqa: E402
+from forests.boxes import BOX_MARGIN_M, upper_body_box  # noqa: E402
+from forests.rwf.predict import Predictor  # noqa: E402
 from forests.rwf.storage import load_model  # noqa: E402
-from forests.rwf.train import BOX_MARGIN_M  # noqa: E402
 from forests.smoothing import SkeletonSmoother, SmoothingConfig  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from synth.bodies.body import Pose  # noqa: E402
@@ -90,7 +89,7 @@ def main() -> None:
     parser.add_argument("--objects", type=Path)
     options = parser.parse_args()
     library = read_library(options.objects) if options.objects else None
-    walker, corpus = Walker(load_model(options.model)), Corpus.open(options.corpus)
+    walker, corpus = Predictor(load_model(options.model)), Corpus.open(options.corpus)
     places = [walker.model.labels.joints.index(name) for name in walker.model.joints]
     inside = [walker.model.labels.joints.index(name) for name in walker.model.config.box_joints]
     n = round(options.seconds * FRAMES_A_SECOND)

@@ -17,7 +17,7 @@ import psutil
 
 from forests.frames import FrameSubset
 from forests.growing import GrowthConfig
-from forests.oarf import forest
+from forests.oarf import train
 from forests.oarf.config import OARFConfig
 from forests.oarf.storage import save_model
 from forests.samples import gather
@@ -66,7 +66,7 @@ def compile_all(frames: CorpusFrames, validation: CorpusFrames, mode: str) -> fl
     """Seconds that a tiny training takes, nearly all of it compilation (or reading the compiled code)."""
     start = time.perf_counter()
     config = OARFConfig(mode, n_trees=1, n_pixels=50, growth=GrowthConfig(max_depth=3, n_candidates=150))
-    forest.train(FrameSubset(frames, (0, 1, 2)), config, validation=FrameSubset(validation, (0, 1)))
+    train.train(FrameSubset(frames, (0, 1, 2)), config, validation=FrameSubset(validation, (0, 1)))
     return time.perf_counter() - start
 
 
@@ -96,12 +96,12 @@ def run(corpus: Corpus, options: argparse.Namespace) -> None:
     print(f"compilation {compile_all(frames, validation, options.mode):.1f} s")
     config = OARFConfig(options.mode, n_trees=options.trees)
     limit = int(options.crops_in_memory * 2**30)
-    forest.gather = lambda *given, **named: gather(*given, **named, max_bytes_in_memory=limit)
+    train.gather = lambda *given, **named: gather(*given, **named, max_bytes_in_memory=limit)
     start, cpu = time.perf_counter(), time.process_time()
     with Peak() as peak:
-        model = forest.train(frames, config, validation=validation, n_threads=options.threads)
+        model = train.train(frames, config, validation=validation, n_threads=options.threads)
     seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
-    leaves = [len(tree.leaves.weight) for tree in model.trees]
+    leaves = [tree.leaves.n_leaves for tree in model.trees]
     print(
         f"{options.mode}: {len(frames)} frames, {options.trees} trees ({leaves} leaves), "
         f"{options.threads} threads: {seconds:.1f} s, {cpu:.1f} CPU s, tuning on {len(validation)} frames included"

@@ -16,14 +16,14 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
-from forests.oarf.calibrate import reliability  # noqa: E402
+from forests.boxes import BOX_MARGIN_M, upper_body_box  # noqa: E402
+from forests.calibration import WITHIN_M, reliability  # noqa: E402
 from forests.rwf.config import UPPER_BODY, RWFConfig  # noqa: E402
-from forests.rwf.forest import Walker  # noqa: E402
 from forests.rwf.model import Limbs, RWFModel, walk_tables  # noqa: E402
-from forests.rwf.start import upper_body_box  # noqa: E402
+from forests.rwf.predict import Predictor  # noqa: E402
 from forests.rwf.storage import load_model  # noqa: E402
-from forests.rwf.train import BOX_MARGIN_M, train_rwf  # noqa: E402
-from forests.rwf.tune import WITHIN_M, View, views_of  # noqa: E402
+from forests.rwf.train import train  # noqa: E402
+from forests.rwf.tune import View, views_of  # noqa: E402
 from pipelines.commands.generate import GenerateSettings  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from pipelines.corpus.sequence import CorpusFrames  # noqa: E402
@@ -63,7 +63,7 @@ def upper_body(model: RWFModel) -> RWFModel:
 
 def time_frames(model: RWFModel, images: list, boxes: list, camera: Camera) -> float:
     """CPU seconds a frame, from image and box to joints, best of some rounds over different frames."""
-    walker = Walker(model)
+    walker = Predictor(model)
 
     def ask_all():
         for image, box in zip(images, boxes, strict=True):
@@ -93,7 +93,7 @@ def time_twin(model: RWFModel, views: list[View]) -> float:
 
 def ask(model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True) -> tuple[np.ndarray, np.ndarray]:
     """Errors [m] and probabilities, (n_views, n_joints), of walks from starts moved sideways."""
-    walker = Walker(model, is_fitted)
+    walker = Predictor(model, is_fitted)
     rng = np.random.default_rng(seed)
     error, probability = np.empty((2, len(views), len(model.joints)))
     for i, view in enumerate(views):
@@ -125,7 +125,7 @@ def report_speed(model: RWFModel, frames: CorpusFrames, views: list[View]) -> No
     places = [frames.labels.joints.index(name) for name in model.config.box_joints]
     boxes = [upper_body_box(frame.joints[places], frame.camera, BOX_MARGIN_M) for frame in shown]
     images, camera = [frame.depth for frame in shown], shown[0].camera
-    walker = Walker(model)
+    walker = Predictor(model)
     first = cpu_of(lambda: walker.predict(images[0], camera, box=boxes[0]))
     print(f"compile, or load from the cache {first:6.2f} s")
     for part in (upper_body(model), model):
@@ -199,9 +199,7 @@ def main() -> None:
         else:
             begun, cpu = time.perf_counter(), time.process_time()
             training = CorpusFrames(corpus, corpus.split("train"))
-            model = train_rwf(
-                training, RWFConfig(), validation=CorpusFrames(corpus, corpus.split("val")), n_threads=2
-            )
+            model = train(training, RWFConfig(), validation=CorpusFrames(corpus, corpus.split("val")), n_threads=2)
             print(
                 f"trained on {len(training)} frames in {time.perf_counter() - begun:.0f} s, "
                 f"{time.process_time() - cpu:.0f} CPU s"

@@ -1,10 +1,12 @@
-"""What every forest answers: joints with confidences."""
+"""What finds joints, and what it answers: the contract that every forest keeps and every user may rely on."""
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import Box
 from forests.frames import Pinhole
 
 
@@ -45,3 +47,44 @@ class JointEstimate:
         u = camera.fx * xyz[:, 0] / xyz[:, 2] + camera.cx
         v = camera.fy * xyz[:, 1] / xyz[:, 2] + camera.cy
         return np.stack([u, v], axis=1).astype(np.float32)
+
+
+class JointPredictor(Protocol):
+    """What finds the joints of one person in a depth image; it may be asked from several threads at once."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints that it answers, in the order of every answer."""
+        ...
+
+    @property
+    def box_joints(self) -> tuple[str, ...]:
+        """Joints about which a box should lie that it is told of; empty = it looks everywhere by itself."""
+        ...
+
+    def predict(self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None) -> JointEstimate:
+        """Finds the joints.
+
+        Args:
+            depth: (height, width) uint16 [mm], 0 = nothing.
+            camera: Intrinsics.
+            box: Where the person is; None = not known.
+
+        Raises:
+            ValueError: No depth image, or an empty box.
+        """
+        ...
+
+
+@runtime_checkable
+class PixelLabeller(Protocol):
+    """What tells for every pixel what it shows."""
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Names of the classes."""
+        ...
+
+    def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
+        """(height, width) uint8: number of the class in `classes`, plus 1; 0 where there is no depth."""
+        ...

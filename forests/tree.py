@@ -1,7 +1,15 @@
-"""A trained tree: one flat structured array, breadth first, and the descent of one pixel."""
+"""A trained tree: one flat structured array, breadth first; checked, as a model file holds it, and kept."""
+
+from collections.abc import Mapping
+from typing import Protocol, TypeVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from forests.modelfile import take_array
+
+TreeT = TypeVar("TreeT")
 
 NODE_DTYPE = np.dtype(
     [
@@ -18,6 +26,19 @@ depth(q + u) - depth(q + v) > threshold [mm], else to `left`. A leaf has `left` 
 so that descending on stays in it, and `leaf` = its row in the leaf tables; inner nodes have leaf = -1."""
 
 LEAF_THRESHOLD = np.int32(2**31 - 1)
+LONGEST_PROBE_M = 100.0
+
+
+class TreeStore(Protocol[TreeT]):
+    """Keeps finished trees, so that interrupted training goes on after the last of them."""
+
+    def load(self, tree: int) -> TreeT | None:
+        """A tree that was finished before, or None."""
+        ...
+
+    def save(self, tree: int, grown: TreeT) -> None:
+        """Keeps a finished tree."""
+        ...
 
 
 def check_tree(nodes: NDArray, n_leaves: int) -> None:
@@ -33,22 +54,47 @@ def check_tree(nodes: NDArray, n_leaves: int) -> None:
     """
     if nodes.dtype != NODE_DTYPE or nodes.ndim != 1 or len(nodes) == 0:
         raise ValueError(f"nodes are {nodes.dtype} {nodes.shape}, must be a filled vector of tree nodes")
-    numbers = np.arange(len(nodes))
-    is_leaf = nodes["leaf"] >= 0
-    if (
-        not (nodes["left"][is_leaf] == numbers[is_leaf]).all()
-        or (nodes["threshold"][is_leaf] != LEAF_THRESHOLD).any()
-    ):
-        raise ValueError("a leaf leads elsewhere")
-    inner = nodes["left"][~is_leaf].astype(np.int64)
-    if (inner <= numbers[~is_leaf]).any() or (inner + 1 >= len(nodes)).any():
-        raise ValueError("a node's children do not follow it")
-    if not np.array_equal(np.sort(np.concatenate([inner, inner + 1])), numbers[1:]):
-        raise ValueError("every node but the first must be the child of one other")
-    if not np.array_equal(np.sort(nodes["leaf"][is_leaf]), np.arange(n_leaves)):
-        raise ValueError(f"leaves must be numbered 0..{n_leaves - 1}, each once")
+    fault = _fault_of(nodes["left"], nodes["leaf"], nodes["threshold"], n_leaves)
+    if fault != 0:
+        raise ValueError(
+            {
+                1: "a leaf leads elsewhere",
+                2: "a node's children do not follow it",
+                3: "every node but the first must be the child of one other",
+                4: f"leaves must be numbered 0..{n_leaves - 1}, each once",
+            }[fault]
+        )
     if not (np.isfinite(nodes["u"]).all() and np.isfinite(nodes["v"]).all()):
         raise ValueError("a node's offsets are not finite")
+
+
+@njit(cache=True, nogil=True)
+def _fault_of(left: np.ndarray, leaf: np.ndarray, threshold: np.ndarray, n_leaves: int) -> int:
+    """What is wrong with a tree's nodes, by the number of the message in `check_tree`; 0 = nothing."""
+    n = len(left)
+    parents, seen = np.zeros(n, np.int32), np.zeros(n_leaves, np.int32)
+    n_met = 0
+    for i in range(n):
+        if leaf[i] >= 0 and (left[i] != i or threshold[i] != LEAF_THRESHOLD):
+            return 1
+    for i in range(n):
+        if leaf[i] < 0 and (left[i] <= i or np.int64(left[i]) + 1 >= n):
+            return 2
+    for i in range(n):
+        if leaf[i] < 0:
+            parents[left[i]] += 1
+            parents[left[i] + 1] += 1
+        elif leaf[i] < n_leaves:
+            seen[leaf[i]] += 1
+            n_met += 1
+        else:
+            return 4
+    for i in range(1, n):
+        if parents[i] != 1:
+            return 3
+    if n_met != n_leaves or (n_leaves > 0 and seen.min() != 1):
+        return 4
+    return 0
 
 
 def tree_depth(nodes: NDArray) -> int:
@@ -58,3 +104,38 @@ def tree_depth(nodes: NDArray) -> int:
         left = nodes["left"][number]
         level[left] = level[left + 1] = level[number] + 1
     return int(level.max())
+
+
+def pack_nodes(nodes: NDArray) -> dict[str, np.ndarray]:
+    """Arrays of nodes by name."""
+    return {
+        "offsets": np.concatenate([nodes["u"], nodes["v"]], axis=1),
+        "threshold": nodes["threshold"],
+        "left": nodes["left"],
+        "leaf": nodes["leaf"],
+    }
+
+
+def unpack_nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
+    """Undoes `pack_nodes`; checked so that no descent leaves the array.
+
+    Returns:
+        (n_nodes,) of NODE_DTYPE.
+
+    Raises:
+        ValueError: Anything missing, of another shape, or out of its range.
+    """
+    left = take_array(arrays, "left", np.int32, (None,))
+    n = len(left)
+    offsets = take_array(arrays, "offsets", np.float32, (n, 4))
+    nodes = np.zeros(n, NODE_DTYPE)
+    nodes["u"], nodes["v"] = offsets[:, :2], offsets[:, 2:]
+    nodes["left"] = left
+    nodes["threshold"] = take_array(arrays, "threshold", np.int32, (n,))
+    nodes["leaf"] = take_array(arrays, "leaf", np.int32, (n,))
+    if (nodes["leaf"] < -1).any() or (nodes["threshold"][nodes["leaf"] < 0] == LEAF_THRESHOLD).any():
+        raise ValueError("a node is neither a leaf nor a decision")
+    check_tree(nodes, int((nodes["leaf"] >= 0).sum()))
+    if np.abs(offsets).max(initial=0.0) > LONGEST_PROBE_M:
+        raise ValueError(f"offsets of probes must be within {LONGEST_PROBE_M} m")
+    return nodes

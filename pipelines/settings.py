@@ -83,11 +83,12 @@ def _converted(kind: object, value: object, where: str) -> object:
         raise UserError(f"{where}={value!r} is unknown; known are {', '.join(map(str, arguments))}")
     if origin is tuple and isinstance(value, list):
         return _converted_tuple(arguments, value, where)
+    is_table = origin is dict or (isinstance(kind, type) and dataclasses.is_dataclass(kind))
+    if is_table and not isinstance(value, Mapping):
+        raise UserError(f"{where}={value!r} must be a table, not {type(value).__name__}")
     if origin is dict and isinstance(value, Mapping):
         return {key: _converted(arguments[1], item, f"{where}.{key}") for key, item in value.items()}
-    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        if not isinstance(value, Mapping):
-            raise UserError(f"{where}={value!r} must be a table, not {type(value).__name__}")
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind) and isinstance(value, Mapping):
         return from_table(kind, value, where)
     return _converted_plain(kind, value, where)
 

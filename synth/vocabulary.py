@@ -22,7 +22,6 @@ JOINT_NAMES: tuple[str, ...] = (
 """The 15 joints in their one order; left and right are the person's own."""
 
 N_JOINTS = len(JOINT_NAMES)
-UPPER_BODY_JOINTS: tuple[int, ...] = tuple(range(9))
 BONES: tuple[tuple[int, int], ...] = (
     (0, 1), (1, 3), (1, 4), (3, 5), (4, 6), (5, 7), (6, 8), (1, 2),
     (2, 9), (2, 10), (9, 11), (10, 12), (11, 13), (12, 14),

@@ -37,12 +37,13 @@ def votes_of(
 ) -> list[list[tuple[np.ndarray, float, int]]]:
     """By joint the votes (place [m], weight, layer) of pixels (column, row)."""
     votes: list[list[tuple[np.ndarray, float, int]]] = [[] for _ in model.labels.joints]
+    tables = [tree.leaves.unpacked() for tree in model.trees]
     for column, row in pixels:
         q = point_of(depth, camera, column, row)
-        for tree in model.trees:
+        for tree, table in zip(model.trees, tables, strict=True):
             leaf = leaf_of(tree, depth, camera, column, row)
-            for layer, joint, k in np.ndindex(tree.leaves.weight.shape[1:]):
-                offset, weight = tree.leaves.mode[leaf, layer, joint, k], tree.leaves.weight[leaf, layer, joint, k]
+            for layer, joint, k in np.ndindex(table.weight.shape[1:]):
+                offset, weight = table.vote[leaf, layer, joint, k], table.weight[leaf, layer, joint, k]
                 if weight > 0 and np.linalg.norm(offset) <= model.tuning.max_offset_m[joint]:
                     votes[joint].append((q + offset, weight * q[2] ** 2, layer))
     return votes

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M, Reliability, reliability
 from forests.frames import FrameSequence
-from forests.oarf.calibrate import WITHIN_M, Reliability, reliability
 from forests.oarf.model import OARFModel
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model

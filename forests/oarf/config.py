@@ -22,7 +22,7 @@ class OARFConfig:
         n_pixels: Pixels drawn from the person in a training frame.
         n_occluder_pixels: Pixels drawn from objects in a training frame (not for the baseline).
         leaf_bandwidth_m: b of the leaves' mean shift [m].
-        n_modes: Modes kept a joint in a leaf, for body and for occluder samples each.
+        n_leaf_votes: Votes kept a joint in a leaf, for body and for occluder samples each.
         n_voting_pixels: Pixels that vote in a frame.
         growth: How a tree is grown.
     """
@@ -33,7 +33,7 @@ class OARFConfig:
     n_pixels: int = 1000
     n_occluder_pixels: int = 1000
     leaf_bandwidth_m: float = 0.05
-    n_modes: int = 2
+    n_leaf_votes: int = 2
     n_voting_pixels: int = 500
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
@@ -49,6 +49,6 @@ _RANGES = {
     "n_pixels": (1, 2**24),
     "n_occluder_pixels": (0, 2**24),
     "leaf_bandwidth_m": (0.001, 1.0),
-    "n_modes": (1, 100),
+    "n_leaf_votes": (1, 100),
     "n_voting_pixels": (1, 2**24),
 }

@@ -12,10 +12,10 @@ from forests.frames import is_known
 from forests.growing import GrownTree
 from forests.hashing import hash4, splitmix64
 from forests.modes import WeightedPoints, find_modes, keep_heaviest
-from forests.oarf.model import LeafTable
+from forests.oarf.packed import LeafTable
 from forests.samples import TrainingSet
 
-N_VOTES = 400
+N_DRAWN = 400
 """Samples of a leaf and layer that mean shift looks at, drawn by hash where there are more."""
 N_STARTS = 96
 """Samples of these that climb; the others end where their neighbour in the leaf ends."""
@@ -24,7 +24,7 @@ _VOTE_STREAM = 0x1EAF_0000_0000
 """Beyond the numbers of candidates, which are hashed with the same seed and tree."""
 
 
-class _Votes(NamedTuple):
+class _Seen(NamedTuple):
     """What mean shift at the leaves reads, the same for all of them.
 
     `is_known` (n_frames, n_joints + 1) says which joints a frame knows; the last column is true throughout.
@@ -37,31 +37,37 @@ class _Votes(NamedTuple):
     is_known: NDArray[np.bool_]
 
 
-class _Rules(NamedTuple):
-    """How leaves are clustered."""
+class LeafRules(NamedTuple):
+    """What a tree's leaves are made by.
 
-    bandwidth: float
-    n_votes: int
-    n_starts: int
+    Attributes:
+        n_classes: Classes.
+        n_parts: The first so many classes are body parts; if all are, there is one layer.
+        bandwidth_m: b [m].
+        n_leaf_votes: Votes kept a joint and layer.
+        seed: Of the forest.
+        tree: The tree's number.
+        n_drawn: Samples of a leaf and layer that are looked at, at most.
+        n_starts: Samples of these that climb, at most.
+    """
+
+    n_classes: int
+    n_parts: int
+    bandwidth_m: float
+    n_leaf_votes: int
     seed: int
     tree: int
+    n_drawn: int = N_DRAWN
+    n_starts: int = N_STARTS
 
 
 def leaf_table(
     training: TrainingSet,
     classes: NDArray[np.uint8],
-    n_classes: int,
-    n_parts: int,
     grown: GrownTree,
-    bandwidth_m: float,
-    n_modes: int,
-    n_threads: int,
-    seed: int,
-    tree: int,
-    *,
+    rules: LeafRules,
+    n_threads: int = 1,
     on_leaves: Callable[[int], object] = lambda n: None,
-    n_votes: int = N_VOTES,
-    n_starts: int = N_STARTS,
 ) -> LeafTable:
     """Learns the leaves of a tree (equations 5 and 8).
 
@@ -77,35 +83,23 @@ def leaf_table(
     Args:
         training: What the tree was grown on.
         classes: (n_samples,) uint8, body parts first.
-        n_classes: Classes.
-        n_parts: The first so many classes are body parts; if all are, there is one layer.
         grown: The tree.
-        bandwidth_m: b [m].
-        n_modes: Modes kept a joint and layer.
+        rules: How.
         n_threads: Threads; the table is the same for any number.
-        seed: Of the forest.
-        tree: The tree's number.
-        on_leaves: `on_leaves(n)` is called, from the calling thread, as n further leaves are done.
-        n_votes: Samples of a leaf and layer that are looked at, at most.
-        n_starts: Samples of these that climb, at most.
+        on_leaves: Told, from the calling thread, how many further leaves are done.
 
     Raises:
-        ValueError: An argument out of range, or classes that do not fit the tree.
+        ValueError: A rule out of range, or classes that do not fit the tree.
     """
-    _check(classes, n_classes, n_parts, grown, bandwidth_m)
-    _check_counts(n_modes=n_modes, n_threads=n_threads, n_votes=n_votes, n_starts=n_starts)
-    n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if n_classes == n_parts else 2
-    shape = (n_leaves, n_layers, training.joints.shape[1], n_modes)
-    mode, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    samples = training.samples
-    everybody = np.ones((len(training.joints), 1), np.bool_)
-    known = np.hstack([is_known(training.joints), everybody])
-    votes = _Votes(samples.points(training.crops), samples.frame, classes >= n_parts, training.joints, known)
-    rules = _Rules(bandwidth_m, n_votes, n_starts, seed, tree)
+    _check(classes, grown, rules, n_threads)
+    n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if rules.n_classes == rules.n_parts else 2
+    shape = (n_leaves, n_layers, training.joints.shape[1], rules.n_leaf_votes)
+    vote, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    seen = _seen(training, classes >= rules.n_parts)
 
     def run(first: int) -> int:
         last = min(first + _TASK_LEAVES, n_leaves)
-        _cluster_leaves(votes, grown.leaf_start, grown.order, first, last, rules, mode, weight)
+        _cluster_leaves(seen, grown.leaf_start, grown.order, first, last, rules, vote, weight)
         return last - first
 
     with ThreadPoolExecutor(n_threads) as pool:
@@ -115,24 +109,31 @@ def leaf_table(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return LeafTable(_class_shares(grown, classes, n_classes), mode, weight)
+    return LeafTable(_class_shares(grown, classes, rules.n_classes), vote, weight)
 
 
-def _check(classes: NDArray[np.uint8], n_classes: int, n_parts: int, grown: GrownTree, bandwidth_m: float) -> None:
+def _seen(training: TrainingSet, is_occluder: NDArray[np.bool_]) -> _Seen:
+    everybody = np.ones((len(training.joints), 1), np.bool_)
+    known = np.hstack([is_known(training.joints), everybody])
+    samples = training.samples
+    return _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known)
+
+
+def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules, n_threads: int) -> None:
+    n_parts, n_classes = rules.n_parts, rules.n_classes
     if not 1 <= n_parts <= n_classes <= 256:
         raise ValueError(f"n_parts={n_parts} and n_classes={n_classes} must be in 1..256, parts not above classes")
     if classes.shape != grown.order.shape or classes.dtype != np.uint8:
         raise ValueError(f"classes are {classes.dtype} {classes.shape}, must be uint8 {grown.order.shape}")
     if len(classes) and classes.max() >= n_classes:
         raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
-    if not 0.0 < bandwidth_m < np.inf:
-        raise ValueError(f"bandwidth_m={bandwidth_m} must be above 0 and finite")
-
-
-def _check_counts(**counts: int) -> None:
-    for name, value in counts.items():
-        if value < 1:
-            raise ValueError(f"{name}={value} must be at least 1")
+    if not 0.0 < rules.bandwidth_m < np.inf:
+        raise ValueError(f"bandwidth_m={rules.bandwidth_m} must be above 0 and finite")
+    for name in ("n_leaf_votes", "n_drawn", "n_starts"):
+        if getattr(rules, name) < 1:
+            raise ValueError(f"{name}={getattr(rules, name)} must be at least 1")
+    if n_threads < 1:
+        raise ValueError(f"n_threads={n_threads} must be at least 1")
 
 
 def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) -> NDArray[np.float32]:
@@ -147,59 +148,59 @@ def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) 
 
 @njit(cache=True, nogil=True)
 def _cluster_leaves(
-    votes: _Votes, leaf_start: np.ndarray, order: np.ndarray, first: int, last: int, rules: _Rules,
-    mode: np.ndarray, weight: np.ndarray,
+    seen: _Seen, leaf_start: np.ndarray, order: np.ndarray, first: int, last: int, rules: LeafRules,
+    vote: np.ndarray, weight: np.ndarray,
 ) -> None:  # fmt: skip
-    """Writes modes and weights of the leaves first..last-1."""
+    """Writes votes and weights of the leaves first..last-1."""
     n_layers, n_joints = weight.shape[1], weight.shape[2]
     columns = np.empty(n_joints, np.int64)
-    drawn = np.empty(rules.n_votes, np.int32)
-    x, y, z = np.empty(rules.n_votes), np.empty(rules.n_votes), np.empty(rules.n_votes)
-    ones = np.ones(rules.n_votes)
-    found = np.empty((min(rules.n_votes, rules.n_starts), 5))
+    drawn = np.empty(rules.n_drawn, np.int32)
+    x, y, z = np.empty(rules.n_drawn), np.empty(rules.n_drawn), np.empty(rules.n_drawn)
+    ones = np.ones(rules.n_drawn)
+    found = np.empty((min(rules.n_drawn, rules.n_starts), 5))
     for leaf in range(first, last):
         members = order[leaf_start[leaf] : leaf_start[leaf + 1]]
-        _choose_columns(votes, members, columns)
+        _choose_columns(seen, members, columns)
         for layer in range(n_layers):
             column, n, share = -1, 0, 0.0
             for joint in range(n_joints):
                 if columns[joint] != column:
                     column = columns[joint]
-                    n, share = _draw(votes, members, layer, column, leaf, rules, drawn)
+                    n, share = _draw(seen, members, layer, column, leaf, rules, drawn)
                 if n == 0:
                     continue
                 points = WeightedPoints(x[:n], y[:n], z[:n], ones[:n])
-                _offsets(votes, drawn, joint, points)
-                n_found = find_modes(points, rules.bandwidth, rules.n_starts, found)
+                _offsets(seen, drawn, joint, points)
+                n_found = find_modes(points, rules.bandwidth_m, rules.n_starts, found)
                 for k in range(n_found):
                     found[k, 3] *= share
-                keep_heaviest(found, n_found, mode[leaf, layer, joint], weight[leaf, layer, joint])
+                keep_heaviest(found, n_found, vote[leaf, layer, joint], weight[leaf, layer, joint])
 
 
 @njit(cache=True, nogil=True)
-def _choose_columns(votes: _Votes, members: np.ndarray, columns: np.ndarray) -> None:
+def _choose_columns(seen: _Seen, members: np.ndarray, columns: np.ndarray) -> None:
     """Fills in, by joint, the column of `is_known` that tells who votes for it: the last if all of a leaf do."""
     columns[:] = len(columns)
     for s in members:
-        frame = votes.frame[s]
+        frame = seen.frame[s]
         for joint in range(len(columns)):
-            if not votes.is_known[frame, joint]:
+            if not seen.is_known[frame, joint]:
                 columns[joint] = joint
 
 
 @njit(cache=True, nogil=True)
 def _draw(
-    votes: _Votes, members: np.ndarray, layer: int, column: int, leaf: int, rules: _Rules, drawn: np.ndarray
+    seen: _Seen, members: np.ndarray, layer: int, column: int, leaf: int, rules: LeafRules, drawn: np.ndarray
 ) -> tuple[int, float]:
-    """Draws samples of one layer that vote: one out of each of n_votes equal stretches, by hash.
+    """Draws samples of one layer that vote: one out of each of n_drawn equal stretches, by hash.
 
     Returns:
         How many, and the share of both layers' voters that each of them stands for.
     """
     n_of_layer, n_of_all = 0, 0
     for s in members:
-        n_of_all += votes.is_known[votes.frame[s], column]
-        n_of_layer += votes.is_known[votes.frame[s], column] and votes.is_occluder[s] == (layer == 1)
+        n_of_all += seen.is_known[seen.frame[s], column]
+        n_of_layer += seen.is_known[seen.frame[s], column] and seen.is_occluder[s] == (layer == 1)
     if n_of_layer == 0:
         return 0, 0.0
     n = min(n_of_layer, len(drawn))
@@ -207,7 +208,7 @@ def _draw(
     k, number = 0, 0
     place = np.int64(splitmix64(key) % np.uint64(n_of_layer // n))
     for s in members:
-        if votes.is_occluder[s] != (layer == 1) or not votes.is_known[votes.frame[s], column]:
+        if seen.is_occluder[s] != (layer == 1) or not seen.is_known[seen.frame[s], column]:
             continue
         if number == place:
             drawn[k] = s
@@ -221,11 +222,11 @@ def _draw(
 
 
 @njit(cache=True, nogil=True)
-def _offsets(votes: _Votes, drawn: np.ndarray, joint: int, offsets: WeightedPoints) -> None:
+def _offsets(seen: _Seen, drawn: np.ndarray, joint: int, offsets: WeightedPoints) -> None:
     """Fills in the offsets from the samples' points to a joint [m]."""
     for i in range(len(offsets.x)):
         s = drawn[i]
-        frame = votes.frame[s]
-        offsets.x[i] = votes.joints[frame, joint, 0] - votes.points[s, 0]
-        offsets.y[i] = votes.joints[frame, joint, 1] - votes.points[s, 1]
-        offsets.z[i] = votes.joints[frame, joint, 2] - votes.points[s, 2]
+        frame = seen.frame[s]
+        offsets.x[i] = seen.joints[frame, joint, 0] - seen.points[s, 0]
+        offsets.y[i] = seen.joints[frame, joint, 1] - seen.points[s, 1]
+        offsets.z[i] = seen.joints[frame, joint, 2] - seen.points[s, 2]

@@ -1,4 +1,4 @@
-"""What a trained regression forest holds: trees and their leaf tables, as arrays."""
+"""What a trained regression forest holds: trees and their leaf tables."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,22 +9,7 @@ from numpy.typing import NDArray
 from forests.frames import LabelTable
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
-
-
-class LeafTable(NamedTuple):
-    """What a tree's leaves know. Layer 0: votes learned from body samples; layer 1: from occluder samples.
-
-    Attributes:
-        probability: (n_leaves, n_classes) float32, p(c | leaf), sums to 1.
-        mode: (n_leaves, n_layers, n_joints, n_modes, 3) float32, offsets from the pixel's point to the joint [m],
-            the heaviest mode first; 0 where missing. n_layers is 1 for the baseline, else 2.
-        weight: (n_leaves, n_layers, n_joints, n_modes) float32, of the leaf's samples that know the joint, in
-            both layers, the share that ended in the mode; 0 where missing.
-    """
-
-    probability: NDArray[np.float32]
-    mode: NDArray[np.float32]
-    weight: NDArray[np.float32]
+from forests.oarf.packed import PackedLeaves
 
 
 class ForestTree(NamedTuple):
@@ -36,7 +21,7 @@ class ForestTree(NamedTuple):
     """
 
     nodes: NDArray
-    leaves: LeafTable
+    leaves: PackedLeaves
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ first; the densest is then settled by mean shift over the votes themselves (docs
 import numpy as np
 from numba import njit
 
+from forests.modes import quick_climb, quick_sums
+
 CELL = 0.8
 """Side of a cell, in bandwidths."""
 LIGHTEST = 0.05
@@ -19,29 +21,6 @@ BASIN = 2.0
 """Votes this near to a mode count for its spread and its share of occluder votes, in bandwidths."""
 N_EXTRA_STARTS = 2
 """Starts beside one for each proposal."""
-MAX_STEPS = 30
-TOLERANCE = 0.01
-"""A start has arrived when its last step was shorter than this, in bandwidths."""
-MERGED = 0.5
-"""Modes nearer than this are one, in bandwidths."""
-
-_SUMS = {"reassoc", "contract", "nsz", "arcp"}
-"""Float sums in any order, so that they vectorise; NaN and inf stay what they are."""
-
-
-@njit(cache=True, nogil=True, inline="always")
-def bell(t: np.float32) -> np.float32:
-    """exp(-t) for t >= 0 to 0.2 % up to t = 8, never below 1e-7: denormals cost ten times, and a call forty."""
-    s = np.float32(1.0 / 256.0) * min(t, np.float32(16.0))
-    p = np.float32(1.0) - s + np.float32(0.5) * s * s
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    return p * p
 
 
 @njit(cache=True, nogil=True)
@@ -163,7 +142,7 @@ def _peaks_of_cells(sums: np.ndarray, bandwidth: float, proposals: np.ndarray, d
         start = _heaviest_free(cells, is_free)
         if start < 0:
             break
-        n_modes = _climb(cells, start, modes, n_modes)
+        n_modes = quick_climb(cells, start, modes, n_modes)
     order = np.argsort(-modes[:n_modes, 3])
     for rank in range(min(n_modes, n_proposals)):
         mode = modes[order[rank]]
@@ -185,40 +164,6 @@ def _heaviest_free(cells: np.ndarray, is_free: np.ndarray) -> int:
             if dx * dx + dy * dy + dz * dz <= 1.0:
                 is_free[k] = False
     return best
-
-
-@njit(cache=True, nogil=True)
-def _climb(cells: np.ndarray, start: int, modes: np.ndarray, n_modes: int) -> int:
-    """Climbs from a cell's centroid; adds the mode unless it is known. Lengths in bandwidths."""
-    x, y, z = cells[0, start], cells[1, start], cells[2, start]
-    weight = 0.0
-    for _ in range(MAX_STEPS):
-        weight, sx, sy, sz = _weighted_sums(cells, x, y, z)
-        nx, ny, nz = np.float32(sx / weight), np.float32(sy / weight), np.float32(sz / weight)
-        step = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
-        x, y, z = nx, ny, nz
-        for k in range(n_modes):
-            if (x - modes[k, 0]) ** 2 + (y - modes[k, 1]) ** 2 + (z - modes[k, 2]) ** 2 < MERGED**2:
-                return n_modes
-        if step < TOLERANCE**2:
-            break
-    modes[n_modes, 0], modes[n_modes, 1], modes[n_modes, 2], modes[n_modes, 3] = x, y, z, weight
-    return n_modes + 1
-
-
-@njit(cache=True, nogil=True, fastmath=_SUMS)
-def _weighted_sums(cells: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Sums of w k, w k x, w k y, w k z over the cells, k = exp(-|x - x_i|^2)."""
-    total, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
-    cx, cy, cz, cw = cells[0], cells[1], cells[2], cells[3]
-    for k in range(cells.shape[1]):
-        dx, dy, dz = cx[k] - x, cy[k] - y, cz[k] - z
-        w = cw[k] * bell(dx * dx + dy * dy + dz * dz)
-        total += w
-        sx += w * cx[k]
-        sy += w * cy[k]
-        sz += w * cz[k]
-    return total, sx, sy, sz
 
 
 @njit(cache=True, nogil=True)
@@ -257,7 +202,7 @@ def _settle(
     x, y, z = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     total = 0.0
     for _ in range(N_SETTLING_STEPS):
-        total, sx, sy, sz = _weighted_sums(near, x, y, z)
+        total, sx, sy, sz = quick_sums(near, x, y, z)
         x, y, z = np.float32(sx / total), np.float32(sy / total), np.float32(sz / total)
     place[0] += bandwidth * x
     place[1] += bandwidth * y

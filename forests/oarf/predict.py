@@ -1,21 +1,21 @@
 """Joints from a depth image: a regression forest that is ready to be asked."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import Box
+from forests.calibration import logistic
 from forests.crops import crop_image
 from forests.estimate import JointEstimate
 from forests.frames import Pinhole, check_depth
-from forests.oarf.calibrate import Evidence, logistic, terms
 from forests.oarf.descend import descend, flatten
+from forests.oarf.evidence import Evidence, terms
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
-
-Box = tuple[int, int, int, int]
-"""(left, top, right, bottom) [px], right and bottom excluded."""
 
 
 class Voters(NamedTuple):
@@ -57,10 +57,9 @@ class Predictor:
         """
         self.model = model
         leaves = [tree.leaves for tree in model.trees]
-        self._trees = flatten([tree.nodes for tree in model.trees], [len(table.weight) for table in leaves])
+        self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves])
         self._table = vote_table(leaves, model.tuning.max_offset_m)
-        self._probability = np.concatenate([table.probability for table in leaves])
-        self._occluder_probability = self._probability[:, model.classes.n_parts :].sum(axis=1)
+        self._probability = np.concatenate([table.probabilities() for table in leaves])
         self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
 
     def predict(
@@ -145,14 +144,33 @@ class Predictor:
         return out
 
     @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of every answer."""
+        return self.model.labels.joints
+
+    @property
+    def box_joints(self) -> tuple[str, ...]:
+        """None: pixels everywhere vote."""
+        return ()
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Names of the classes that pixels are labelled with."""
+        return self.model.classes.names
+
+    @property
     def table(self) -> VoteTable:
-        """The leaf modes that vote."""
+        """The votes of the leaves."""
         return self._table
 
     def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
         """(height, width) uint8: the likeliest class + 1 of every pixel with depth, 0 elsewhere."""
         probability = self.class_probabilities(depth, camera)
         return ((probability.argmax(axis=2) + 1) * (np.asarray(depth) > 0)).astype(np.uint8)
+
+    def _occluder_probability(self, leaves: NDArray[np.int32]) -> NDArray[np.float32]:
+        """(n_trees, n) float32 of leaves (n_trees, n)."""
+        return np.asarray(self._probability[leaves][..., self.model.classes.n_parts :].sum(axis=-1))
 
     def _choose(self, image: NDArray[np.uint16], camera: Pinhole, box: Box | None, n_pixels: int | None) -> Voters:
         n = self.model.config.n_voting_pixels if n_pixels is None else n_pixels
@@ -185,24 +203,24 @@ class Predictor:
         at = voters._replace(
             columns=(column - voters.left).astype(np.int32), rows=(row - voters.top).astype(np.int32)
         )
-        is_occluder[seen] = self._occluder_probability[self._descend(at, camera)].mean(axis=0)
+        is_occluder[seen] = self._occluder_probability(self._descend(at, camera)).mean(axis=0)
         return behind, is_occluder
 
 
-def _inside(box: Box | None, left: int, top: int, width: int, height: int) -> Box:
+def _inside(box: Box | None, left: int, top: int, width: int, height: int) -> tuple[int, int, int, int]:
     """A box of the image as a box of the crop, border left out."""
     if box is None:
         return 1, 1, width - 1, height - 1
-    if box[2] <= box[0] or box[3] <= box[1]:
+    if not (all(math.isfinite(edge) for edge in box) and box[0] < box[2] and box[1] < box[3]):
         raise ValueError(
             f"box {tuple(box)} is empty: it must be (left, top, right, bottom) with right > left, bottom > top"
         )
-    first_column, first_row = max(1, box[0] - left), max(1, box[1] - top)
+    first_column, first_row = max(1, math.ceil(box[0]) - left), max(1, math.ceil(box[1]) - top)
     return (
         first_column,
         first_row,
-        max(first_column, min(width - 1, box[2] - left)),
-        max(first_row, min(height - 1, box[3] - top)),
+        max(first_column, min(width - 1, math.ceil(box[2]) - left)),
+        max(first_row, min(height - 1, math.ceil(box[3]) - top)),
     )
 
 

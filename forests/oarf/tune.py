@@ -9,8 +9,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M, fit_logistic
 from forests.frames import DepthFrame, FrameSequence, is_known
-from forests.oarf.calibrate import TERMS, WITHIN_M, fit_logistic, terms
+from forests.oarf.evidence import TERMS, terms
 from forests.oarf.model import OARFModel, Tuning
 from forests.oarf.peaks import find_peaks
 from forests.oarf.predict import Predictor
@@ -28,7 +29,7 @@ DEFAULT_BANDWIDTH_M = 0.08
 
 
 def untuned(n_joints: int) -> Tuning:
-    """Every mode votes, one bandwidth for all joints, no calibrated probabilities."""
+    """Every leaf vote counts, one bandwidth for all joints, no calibrated probabilities."""
     nothing = np.full((n_joints, len(TERMS)), np.nan, np.float32)
     return Tuning(
         np.full(n_joints, np.inf, np.float32),
@@ -93,7 +94,7 @@ def calibrated(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> O
 
 def _has_votes(model: OARFModel) -> NDArray[np.bool_]:
     """(n_joints,) bool, which joints any leaf votes for."""
-    return np.any([tree.leaves.weight.any(axis=(0, 1, 3)) for tree in model.trees], axis=0)
+    return np.any([tree.leaves.voted_joints() for tree in model.trees], axis=0)
 
 
 class _Voted(NamedTuple):

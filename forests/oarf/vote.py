@@ -8,12 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from forests.crops import NOTHING
-from forests.oarf.model import LeafTable
-
-WEIGHT_ONE = 32767
-"""A leaf mode's weight of one in a vote table: int16 keeps an entry at ten bytes, and reading entries is what
-voting waits for."""
-
+from forests.oarf.packed import WEIGHT_ONE, PackedLeaves, check_leaves
 
 AHEAD = 32
 """Pixels whose entries are read ahead of their use, so that the misses of many are waited for at once."""
@@ -21,7 +16,7 @@ ENTRIES_PER_LINE = 6
 
 
 class VoteTable(NamedTuple):
-    """The leaf modes of all trees that may vote, leaf after leaf, without the missing ones.
+    """The leaf votes of all trees, leaf after leaf, without the missing ones and those that are too long.
 
     A stream is what is collected together: joint * n_layers + layer.
 
@@ -52,38 +47,72 @@ class Votes(NamedTuple):
     n_votes: NDArray[np.int64]
 
 
-def vote_table(leaves: Sequence[LeafTable], max_offset_m: NDArray[np.float32]) -> VoteTable:
-    """Packs the leaf tables of all trees.
+def vote_table(leaves: Sequence[PackedLeaves], max_offset_m: NDArray[np.float32]) -> VoteTable:
+    """Puts the leaf tables of all trees behind one another.
 
     Args:
         leaves: One a tree.
-        max_offset_m: (n_joints,) lambda_j: longer modes are dropped [m].
+        max_offset_m: (n_joints,) lambda_j: longer votes are dropped [m].
 
     Raises:
-        ValueError: Modes that are not finite or farther than 32 m, or weights outside 0..1.
+        ValueError: A table that is damaged.
     """
-    _, n_layers, n_joints, n_modes, _ = leaves[0].mode.shape
-    mode = np.concatenate([table.mode for table in leaves]).swapaxes(1, 2)
-    weight = np.concatenate([table.weight for table in leaves]).swapaxes(1, 2)
-    if not np.isfinite(mode).all() or np.abs(mode).max(initial=0.0) > 32.0:
-        raise ValueError("leaf modes must be finite and within 32 m")
-    if not (weight.min(initial=0.0) >= 0.0 and weight.max(initial=0.0) <= 1.0 + 1e-6):
-        raise ValueError("weights of leaf modes must be in 0..1")
-    units = np.rint(weight * WEIGHT_ONE).astype(np.int16)
-    length = np.sqrt(np.square(mode).sum(axis=-1))
-    is_kept = (units > 0) & (length <= max_offset_m[:, None, None])
-    leaf, joint, layer, _ = np.nonzero(is_kept)
-    entries = np.empty((len(leaf), 5), np.int16)
-    entries[:, :3] = np.rint(mode[is_kept] * 1000.0)
-    entries[:, 3] = units[is_kept]
-    entries[:, 4] = joint * n_layers + layer
-    start = np.zeros(len(mode) + 1, np.int64)
-    np.cumsum(np.bincount(leaf, minlength=len(mode)), out=start[1:])
-    return VoteTable(start, entries, n_joints * n_layers, n_layers, n_modes)
+    _, n_layers, n_joints, n_leaf_votes = leaves[0].shape
+    for table in leaves:
+        check_leaves(table)
+    start = np.zeros(sum(table.n_leaves for table in leaves) + 1, np.int64)
+    entries = np.empty((sum(len(table.weight) for table in leaves), 5), np.int16)
+    limits = np.asarray(max_offset_m, np.float32)
+    leaf = 0
+    for table in leaves:
+        own = start[leaf : leaf + table.n_leaves + 1]
+        _fill_entries(table.has_vote, table.vote, table.weight, n_layers, n_leaf_votes, limits, own, entries)
+        leaf += table.n_leaves
+    return VoteTable(start, entries[: start[-1]], n_joints * n_layers, n_layers, n_leaf_votes)
+
+
+@njit(cache=True, nogil=True)
+def _fill_entries(
+    bits: np.ndarray, vote: np.ndarray, weight: np.ndarray, n_layers: int, n_leaf_votes: int,
+    limits: np.ndarray, start: np.ndarray, entries: np.ndarray,
+) -> None:  # fmt: skip
+    """Appends the votes of one tree's leaves that are short enough.
+
+    Args:
+        bits: Of the packed table, (n_leaves, n_layers, n_joints, n_leaf_votes) bits.
+        vote: (n_set, 3) int16 [mm].
+        weight: (n_set,) int16.
+        n_layers: Layers of the table.
+        n_leaf_votes: Votes of a joint in a leaf and layer, at most.
+        limits: (n_joints,) float32, lambda_j [m].
+        start: (n_leaves + 1,) int64 to fill but for the first, which says where to begin.
+        entries: Of the vote table.
+    """
+    place, k, n = 0, 0, start[0]
+    for leaf in range(len(start) - 1):
+        for layer in range(n_layers):
+            for joint in range(len(limits)):
+                for _ in range(n_leaf_votes):
+                    is_set = bits[place >> 3] & (0x80 >> (place & 7))
+                    place += 1
+                    if not is_set:
+                        continue
+                    x, y, z = vote[k, 0], vote[k, 1], vote[k, 2]
+                    fx, fy, fz = (
+                        np.float32(x) / np.float32(1e3),
+                        np.float32(y) / np.float32(1e3),
+                        np.float32(z) / np.float32(1e3),
+                    )
+                    if weight[k] > 0 and np.sqrt(fx * fx + fy * fy + fz * fz) <= limits[joint]:
+                        entries[n, 0], entries[n, 1], entries[n, 2] = x, y, z
+                        entries[n, 3], entries[n, 4] = weight[k], joint * n_layers + layer
+                        n += 1
+                    k += 1
+        start[leaf + 1] = n
 
 
 def shortened(table: VoteTable, max_offset_m: float) -> VoteTable:
-    """A vote table without the modes that are longer than `max_offset_m`, whatever the joint."""
+    """A vote table without the votes that are longer than `max_offset_m`, whatever the joint."""
     mm = table.entries[:, :3].astype(np.float32)
     is_kept = np.sqrt(np.einsum("ij,ij->i", mm, mm)) <= 1000.0 * max_offset_m
     n_kept = np.zeros(len(is_kept) + 1, np.int64)
@@ -95,7 +124,7 @@ def cast(table: VoteTable, leaves: NDArray[np.int32], points: NDArray[np.float32
     """The votes of pixels that have reached their leaves.
 
     Args:
-        table: Leaf modes that vote.
+        table: Votes of the leaves.
         leaves: (n_trees, n) int32, numbered through all trees.
         points: (n, 3) float32, the pixels in the camera frame [m].
     """
@@ -162,7 +191,7 @@ def cast_votes(
     leaves: np.ndarray, points: np.ndarray, start: np.ndarray, entries: np.ndarray, votes: np.ndarray,
     count: np.ndarray,
 ) -> int:  # fmt: skip
-    """Lets every pixel cast its leaves' modes: x = q + V with weight w * D(q)^2.
+    """Lets every pixel cast its leaves' votes: x = q + V with weight w * D(q)^2.
 
     Args:
         leaves: (n_trees, n) int32, numbered through all trees.

@@ -13,7 +13,7 @@ from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
 from forests.rwf.skeleton import chosen_joints
 from forests.rwf.walk import WalkPlan
-from forests.treefile import pack_nodes, unpack_nodes
+from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "rwf"
 _MOST_WALKS = 4096
@@ -74,7 +74,7 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     for number in range(len(joints) * config.n_trees):
         prefix = f"tree{number}."
         own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
-        trees.append(unpack_tree(own, config.n_clusters))
+        trees.append(unpack_tree(own, labels, config))
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(joints)))
     plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_clusters)
     weights = take_array(arrays, "within_weights", np.float32, (len(joints), 2))
@@ -88,16 +88,21 @@ def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:
     return pack_nodes(tree.nodes) | {"direction": tree.direction, "share": tree.share}
 
 
-def unpack_tree(arrays: Mapping[str, np.ndarray], n_clusters: int) -> ExpertTree:
+def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: RWFConfig) -> ExpertTree:
     """Undoes `pack_tree`.
+
+    Args:
+        arrays: The tree's.
+        labels: The forest's; a tree of directions does not depend on them.
+        config: The forest's.
 
     Raises:
         ValueError: Anything missing, of another shape, or out of its range.
     """
     nodes = unpack_nodes(arrays)
     n_leaves = int((nodes["leaf"] >= 0).sum())
-    direction = take_array(arrays, "direction", np.float32, (n_leaves, n_clusters, 3))
-    share = take_array(arrays, "share", np.float32, (n_leaves, n_clusters))
+    direction = take_array(arrays, "direction", np.float32, (n_leaves, config.n_clusters, 3))
+    share = take_array(arrays, "share", np.float32, (n_leaves, config.n_clusters))
     if not (np.abs(direction) <= 1.001).all():
         raise ValueError("directions must be no longer than 1")
     if not ((share >= 0).all() and (share[:, 0] > 0).all() and (np.abs(share.sum(axis=1) - 1.0) < 1e-3).all()):

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import upper_body_box
 from forests.crops import Crops, CropWriter
 from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_direction_tree
@@ -15,29 +16,15 @@ from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, RWFModel
 from forests.rwf.points import draw_way_points, gate_of
 from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of, starts_of
-from forests.rwf.start import start_point, upper_body_box
-from forests.rwf.tune import tune, views_of
+from forests.rwf.start import start_point
+from forests.rwf.tune import tune
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
-
-BOX_MARGIN_M = 0.1
-"""An upper-body box ends this far beyond the joints [m]."""
+from forests.tree import TreeStore
 
 _MAX_BYTES = 2**31
 _READ_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
-
-
-class TreeStore(Protocol):
-    """Keeps finished trees, so that interrupted training goes on after the last of them."""
-
-    def load(self, tree: int) -> ExpertTree | None:
-        """A tree that was finished before, or None."""
-        ...
-
-    def save(self, tree: int, grown: ExpertTree) -> None:
-        """Keeps a finished tree."""
-        ...
 
 
 class WalkFrames(NamedTuple):
@@ -54,13 +41,13 @@ class WalkFrames(NamedTuple):
     starts: NDArray[np.float32]
 
 
-def train_rwf(
+def train(
     frames: FrameSequence,
     config: RWFConfig,
     *,
     validation: FrameSequence | None = None,
     n_threads: int = 1,
-    checkpoint: TreeStore | None = None,
+    checkpoint: TreeStore[ExpertTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
 ) -> RWFModel:
     """Trains a random walk forest, one expert a joint.
@@ -96,24 +83,30 @@ def train_rwf(
         trees.append(grown)
         on_progress(_READ_SHARE + (1.0 - _READ_SHARE - _TUNE_SHARE) * (number + 1) / n_all)
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
-    plan = WalkPlan(
+    plan = _untuned(config, parents, gates)
+    limbs = measure_limbs(learned.joints, parents, config.limb_share)
+    weights = np.full((len(names), 2), np.nan, np.float32)
+    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
+    if validation is not None and len(validation):
+        model = tune(model, validation)
+    on_progress(1.0)
+    return model
+
+
+def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.float32]) -> WalkPlan:
+    """How experts walk of whom no validation frames say better."""
+    n = len(parents)
+    return WalkPlan(
         parents_first(parents),
         parents,
-        np.full(len(names), config.step_m, np.float32),
-        np.full(len(names), config.decay, np.float32),
-        np.full(len(names), config.n_arriving, np.int32),
+        np.full(n, config.step_m, np.float32),
+        np.full(n, config.decay, np.float32),
+        np.full(n, config.n_arriving, np.int32),
         gates,
         config.n_walks,
         config.n_steps,
         config.n_clusters,
     )
-    limbs = measure_limbs(learned.joints, parents, config.limb_share)
-    weights = np.full((len(names), 2), np.nan, np.float32)
-    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
-    if validation is not None and len(validation):
-        model = tune(model, views_of(validation, names, config.box_joints, BOX_MARGIN_M, config.box_noise_m))
-    on_progress(1.0)
-    return model
 
 
 def _read_known(
@@ -149,7 +142,7 @@ def read_frames(
             depth = image_of(frame, config.layer)[0]
             writer.add(depth, frame.camera)
             joints[index] = frame.joints[places]
-            box = upper_body_box(frame.joints[inside], frame.camera, BOX_MARGIN_M)
+            box = upper_body_box(frame.joints[inside], frame.camera)
             found = start_point(depth, frame.camera, box=box)
             starts[index] = _mean_joint(frame, inside) if found is None else found
             on_share((index + 1) / len(frames))

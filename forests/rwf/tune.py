@@ -8,14 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from forests.boxes import BOX_MARGIN_M, upper_body_box
+from forests.calibration import WITHIN_M, fit_logistic
 from forests.frames import FrameSequence, is_known
 from forests.rwf.model import RWFModel, walk_tables
 from forests.rwf.skeleton import chosen_joints
-from forests.rwf.start import start_point, upper_body_box
+from forests.rwf.start import start_point
 from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
 
-WITHIN_M = 0.1
-"""A joint is found if it is no farther off than this [m]."""
 STEP_COUNTS = (7, 10, 14, 20)
 """Beside the config's own number of steps."""
 WORTH = 0.002
@@ -24,7 +24,6 @@ DECAYS = (0.95, 1.0)
 ARRIVING_SHARES = (0.25, 0.5, 0.75)
 CLUSTERS = (2, 4, 8)
 """With one alone, walks side by side would be the same walk."""
-_RIDGE = 1e-2
 _START_STREAM = 0x57A7
 
 
@@ -48,7 +47,7 @@ def views_of(
     frames: FrameSequence,
     joints: tuple[str, ...],
     box_joints: tuple[str, ...],
-    margin_m: float,
+    margin_m: float = BOX_MARGIN_M,
     noise_m: float = 0.0,
 ) -> list[View]:
     """Frames with their walks' starts; frames that show nothing are left out.
@@ -75,7 +74,21 @@ def views_of(
     return views
 
 
-def tune(model: RWFModel, views: list[View]) -> RWFModel:
+def tune(model: RWFModel, frames: FrameSequence) -> RWFModel:
+    """Learns on frames that a forest was not trained on how its experts walk and how probable their answers are.
+
+    Walks start in the middle of the true upper-body box, as far off as the config's `box_noise_m` says; frames
+    that show nothing are left out.
+
+    Args:
+        model: A forest, tuned or not.
+        frames: Validation frames.
+    """
+    config = model.config
+    return choose_walks(model, views_of(frames, model.joints, config.box_joints, noise_m=config.box_noise_m))
+
+
+def choose_walks(model: RWFModel, views: list[View]) -> RWFModel:
     """Chooses how the experts walk, joint by joint from the parents on, and how probable their answers are.
 
     What a joint's walks are judged by are the frames that know it; where none does, they go on as the config has
@@ -102,7 +115,8 @@ def tune(model: RWFModel, views: list[View]) -> RWFModel:
     has_truth = is_known(truth)
     for joint in np.flatnonzero(has_truth.any(axis=0)):
         rows = has_truth[:, joint]
-        weights[joint] = fit_logistic(spread[rows, joint], is_within[rows, joint])
+        terms = np.stack([np.ones(rows.sum()), spread[rows, joint].astype(np.float64)], axis=1)
+        weights[joint] = fit_logistic(terms, is_within[rows, joint])
     return replace(model, plan=plan, within_weights=weights)
 
 
@@ -210,23 +224,3 @@ def _score(ends: NDArray[np.float32], views: list[View], joint: int) -> float:
     error = np.linalg.norm(ends - np.stack([view.joints[joint] for view in views]), axis=1)
     error = error[np.isfinite(error)]
     return float(np.clip(1.5 - error / WITHIN_M, 0.0, 1.0).mean()) if len(error) else 0.0
-
-
-def fit_logistic(values: NDArray[np.float32], is_true: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Logistic regression on one value by Newton's method, with a little ridge so that it always ends.
-
-    Args:
-        values: (n,) float32.
-        is_true: (n,) bool.
-
-    Returns:
-        (2,) float64: P(true) = 1 / (1 + exp(-(w[0] + w[1] * value))).
-    """
-    terms = np.stack([np.ones(len(values)), values.astype(np.float64)], axis=1)
-    weights = np.zeros(2)
-    for _ in range(30):
-        p = 1.0 / (1.0 + np.exp(-np.clip(terms @ weights, -30.0, 30.0)))
-        slope = terms.T @ (is_true - p) - _RIDGE * weights
-        curvature = (terms * (p * (1 - p))[:, None]).T @ terms + _RIDGE * np.eye(2)
-        weights += np.linalg.solve(curvature, slope)
-    return weights

@@ -66,4 +66,4 @@ def read_contestant(job: ScoringJob, path: Path) -> Contestant:
     reduced = job.training.kind.reduced
     if reduced is None:
         raise UserError(f"{job.training.row} cannot be asked with fewer trees or other voting pixels")
-    return replace(contestant, predictor=reduced(contestant.predictor, job.n_trees, job.n_pixels), classes=None)
+    return replace(contestant, predictor=reduced(contestant.predictor, job.n_trees, job.n_pixels), labeller=None)

@@ -10,6 +10,8 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M
+from forests.estimate import JointPredictor
 from forests.modelfile import read_model
 from forests.records import to_json
 from pipelines.corpus.header import software_versions
@@ -18,7 +20,6 @@ from pipelines.corpus.read import Corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics import errors, read_truths
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.kinds import KINDS, ModelKind
 from pipelines.models.training import n_finished_trees, partial_folder, train_into
@@ -199,9 +200,9 @@ def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
     return np.asarray(is_told.any(axis=0))
 
 
-def _scores(predictor: Any, validation: JoinedFrames, n_threads: int) -> dict[str, float] | None:
+def _scores(predictor: JointPredictor, validation: JoinedFrames, n_threads: int) -> dict[str, float] | None:
     """Share of the known joints within 10 cm on the validation frames of all corpora; None without any."""
-    contestant = replace(contestant_of("trained", predictor), classes=None)
+    contestant = replace(contestant_of("trained", predictor), labeller=None)
     of_corpora = [np.empty(0)]
     for part in filter(len, validation.parts):
         results, _ = predict_frames(contestant, part, read_truths(part.corpus, part.indices), n_threads)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M
 from pipelines.metrics.precision import MeanAveragePrecision, rank_proposals
 from pipelines.metrics.resampling import FrameWeights, Median, Ratio, Statistic, every_frame_once, interval
 from pipelines.metrics.results import Results
 
-WITHIN_M = 0.10
-"""Shotton et al. 2011: an estimate this close is right."""
 WITHIN_UPPER_BODY = 0.1
 """Rafi et al. 2015, table 2: the same in the image, as a share of the upper body's size."""
 CURVE_END_M = 0.20

@@ -4,38 +4,19 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, cast
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.estimate import JointEstimate
+from forests.boxes import Box, upper_body_box, upper_foreground_box
+from forests.estimate import JointEstimate, JointPredictor, PixelLabeller
 from forests.frames import DepthFrame, Pinhole
-from forests.oarf.classes import ClassTable
-from forests.rwf.forest import Walker
-from forests.rwf.start import Box, upper_body_box, upper_foreground_box
-from forests.rwf.train import BOX_MARGIN_M
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics.pixels import Confusion, count_pixels
 from pipelines.metrics.results import Results, Truths
 from synth.vocabulary import JOINT_NAMES
-
-
-class JointPredictor(Protocol):
-    """What finds joints; it may be asked from several threads at once."""
-
-    def predict(self, depth: NDArray[np.uint16], camera: Pinhole) -> JointEstimate:
-        """The joints in a (height, width) depth image [mm]."""
-        ...
-
-
-class PixelLabeller(Protocol):
-    """What labels pixels."""
-
-    def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
-        """(height, width) class + 1 of every pixel with depth, 0 elsewhere."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -44,25 +25,23 @@ class Contestant:
 
     Attributes:
         method: Its name.
-        predictor: Finds joints, and labels pixels if `classes` is given.
+        predictor: Finds joints; it may be asked from several threads at once.
         joints: Names of the joints that it answers, in its order; others are not scored.
-        classes: What it calls pixels; None if it labels none.
+        labeller: Labels pixels; None if labels are not asked for, or the model gives none.
         box_joints: Joints whose true box it is given, as by a perfect detector; none = it looks everywhere.
     """
 
     method: str
     predictor: JointPredictor
     joints: tuple[str, ...]
-    classes: ClassTable | None = None
+    labeller: PixelLabeller | None = None
     box_joints: tuple[str, ...] = ()
 
 
-def contestant_of(method: str, predictor: Any) -> Contestant:
-    """A forest's predictor as a contestant, with the joints and classes that its model names."""
-    model = predictor.model
-    classes = model.classes if hasattr(predictor, "label_pixels") else None
-    box_joints = model.config.box_joints if isinstance(predictor, Walker) else ()
-    return Contestant(method, predictor, getattr(model, "joints", model.labels.joints), classes, box_joints)
+def contestant_of(method: str, predictor: JointPredictor) -> Contestant:
+    """A predictor as it is scored, with all that it offers."""
+    labeller = predictor if isinstance(predictor, PixelLabeller) else None
+    return Contestant(method, predictor, predictor.joints, labeller, predictor.box_joints)
 
 
 def ask(
@@ -80,8 +59,7 @@ def ask(
     told = box
     if told is None and contestant.box_joints:
         told = upper_foreground_box(depth, camera)
-    predictor: Any = contestant.predictor
-    return predictor.predict(depth, camera, box=told)
+    return contestant.predictor.predict(depth, camera, told)
 
 
 class _Answer(NamedTuple):
@@ -134,9 +112,9 @@ def predict_frames(
 
 def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
     frame = frames[place]
-    told = _told(contestant, frame)
+    box = _true_box(contestant, frame)
     begun = time.thread_time()
-    estimate = contestant.predictor.predict(frame.depth, frame.camera, **told)
+    estimate = contestant.predictor.predict(frame.depth, frame.camera, box)
     seconds = time.thread_time() - begun
     n_joints = len(contestant.joints)
     if estimate.proposals.ndim != 3 or estimate.proposals.shape[::2] != (n_joints, 3):
@@ -144,19 +122,19 @@ def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
         raise UserError(
             f"{contestant.method} returned proposals of shape {shape}, must be ({n_joints}, n_proposals, 3)"
         )
-    if contestant.classes is None:
+    if contestant.labeller is None:
         return _Answer(estimate, seconds, None)
-    given = cast("PixelLabeller", contestant.predictor).label_pixels(frame.depth, frame.camera)
-    counts = count_pixels(frame.label, given, frames.labels.n_labels, contestant.classes.n_classes)
+    given = contestant.labeller.label_pixels(frame.depth, frame.camera)
+    counts = count_pixels(frame.label, given, frames.labels.n_labels, len(contestant.labeller.classes))
     return _Answer(estimate, seconds, counts)
 
 
-def _told(contestant: Contestant, frame: DepthFrame) -> dict[str, Any]:
-    """What a detector would tell the model of a frame: the box of those of its joints that are known."""
+def _true_box(contestant: Contestant, frame: DepthFrame) -> Box | None:
+    """The box that a perfect detector would give the model: of those of its joints that are known."""
     if not contestant.box_joints:
-        return {}
+        return None
     at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
-    return {"box": upper_body_box(frame.joints[at], frame.camera, BOX_MARGIN_M)}
+    return upper_body_box(frame.joints[at], frame.camera)
 
 
 def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
@@ -173,7 +151,7 @@ def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
 
 
 def _confusion(contestant: Contestant, frames: CorpusFrames, counts: NDArray[np.int64] | None) -> Confusion | None:
-    if contestant.classes is None or counts is None:
+    if contestant.labeller is None or counts is None:
         return None
     labels = frames.labels
-    return Confusion(counts, (*labels.parts, *labels.occluders), contestant.classes.names, labels.n_parts)
+    return Confusion(counts, (*labels.parts, *labels.occluders), contestant.labeller.classes, labels.n_parts)

@@ -18,8 +18,9 @@ from pipelines.models.describing import Description
 if TYPE_CHECKING:
     import numpy as np
 
+    from forests.estimate import JointPredictor
     from forests.frames import LabelTable
-    from pipelines.models.asking import JointPredictor
+    from storage.digested import Contents
 
 
 Marker = Literal["disc", "square", "diamond", "triangle", "cross"]
@@ -40,7 +41,7 @@ class Tools(NamedTuple):
     Attributes:
         train: Frames and a config to a model, with finished trees in a `TreeStore`.
         save: Writes a model and metadata to a file.
-        open: Reads a file and makes the model ready to be asked.
+        open: A file's path and contents to a model ready to be asked.
         predictor: A trained model ready to be asked.
         pack_tree: A tree as arrays.
         unpack_tree: Arrays, label table and config to a tree.
@@ -48,7 +49,7 @@ class Tools(NamedTuple):
 
     train: Callable[..., Any]
     save: Callable[[Path, Any, dict[str, Any]], None]
-    open: Callable[[Path], JointPredictor]
+    open: Callable[[Path, Contents], JointPredictor]
     predictor: Callable[[Any], JointPredictor]
     pack_tree: Callable[[Any], dict[str, np.ndarray]]
     unpack_tree: Callable[[dict[str, np.ndarray], LabelTable, Any], Any]
@@ -110,11 +111,12 @@ def _oarf_config() -> type:
 
 
 def _oarf_tools() -> Tools:
-    from forests.oarf.forest import train
+    from forests.kinds import predictor_of
     from forests.oarf.predict import Predictor
-    from forests.oarf.storage import load_model, pack_tree, save_model, unpack_tree
+    from forests.oarf.storage import pack_tree, save_model, unpack_tree
+    from forests.oarf.train import train
 
-    return Tools(train, save_model, lambda path: Predictor(load_model(path)), Predictor, pack_tree, unpack_tree)
+    return Tools(train, save_model, predictor_of, Predictor, pack_tree, unpack_tree)
 
 
 def _oarf_training_s(config: Any, n_train: int, n_val: int) -> float:
@@ -139,14 +141,12 @@ def _rwf_config() -> type:
 
 
 def _rwf_tools() -> Tools:
-    from forests.rwf.forest import Walker as Predictor
-    from forests.rwf.storage import load_model, pack_tree, save_model, unpack_tree
-    from forests.rwf.train import train_rwf as train
+    from forests.kinds import predictor_of
+    from forests.rwf.predict import Predictor
+    from forests.rwf.storage import pack_tree, save_model, unpack_tree
+    from forests.rwf.train import train
 
-    def unpack(arrays: dict[str, np.ndarray], _: LabelTable, config: Any) -> Any:
-        return unpack_tree(arrays, config.n_clusters)
-
-    return Tools(train, save_model, lambda path: Predictor(load_model(path)), Predictor, pack_tree, unpack)
+    return Tools(train, save_model, predictor_of, Predictor, pack_tree, unpack_tree)
 
 
 def _rwf_training_s(config: Any, n_train: int, n_val: int) -> float:

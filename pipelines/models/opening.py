@@ -17,7 +17,7 @@ def open_model(path: Path) -> tuple[Contestant, dict]:
     """
     try:
         found = read_model(path)
-        predictor = kind_named(found.kind, path).tools().open(path)
+        predictor = kind_named(found.kind, path).tools().open(path, found)
     except ModelFileError as error:
         raise UserError(str(error)) from None
     config = found.metadata.get("config")

@@ -73,7 +73,7 @@ def score_model(
         UserError: No such sensor for the corpus, or no frames are left to be scored.
     """
     if not scoring.pixels:
-        contestant = replace(contestant, classes=None)
+        contestant = replace(contestant, labeller=None)
     corpus.check_sensor(scoring.sensor)
     learning, scored = frames_apart(corpus, scoring.split, scoring.joint_offsets)
     indices = scored[at_most(len(scored), scoring.limit)]
@@ -88,7 +88,7 @@ def score_model(
     document["pixels"] = None if confusion is None else pixel_values(confusion)
     document["joint_offsets"] = None
     if len(learning):
-        without_pixels = replace(contestant, classes=None)
+        without_pixels = replace(contestant, labeller=None)
         taught, _ = _answers(without_pixels, corpus, learning, scoring.sensor, n_threads)
         document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
     return document

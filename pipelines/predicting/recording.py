@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M
 from forests.estimate import JointEstimate
 from pipelines.errors import UserError
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.models.asking import Contestant, ask
 from pipelines.progress import progress
 from pipelines.recordings.entries import SMALLEST_BLOB

@@ -1,7 +1,7 @@
 """What was found in an image, as JSON values and as a picture; docs/formats.md describes the keys."""
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from forests.estimate import JointEstimate
 from forests.frames import Pinhole
 from pipelines.drawing.labels import PixelLabels
 from pipelines.drawing.overlays import overlay
-from pipelines.models.asking import Contestant, PixelLabeller
+from pipelines.models.asking import Contestant
 
 SCHEMA = "undergrowth skeleton"
 SCHEMA_VERSION = 1
@@ -43,10 +43,10 @@ def skeleton_picture(
     contestant: Contestant, depth: NDArray[np.uint16], camera: Pinhole, estimate: JointEstimate
 ) -> NDArray[np.uint8]:
     """The skeleton over the depth; beside it the labels of the pixels, if the model gives any."""
-    if contestant.classes is None:
+    if contestant.labeller is None:
         return overlay(depth, estimate, contestant.joints)
-    labels = cast("PixelLabeller", contestant.predictor).label_pixels(depth, camera)
-    return overlay(depth, estimate, contestant.joints, PixelLabels(labels, contestant.classes.names))
+    labels = contestant.labeller.label_pixels(depth, camera)
+    return overlay(depth, estimate, contestant.joints, PixelLabels(labels, contestant.labeller.classes))
 
 
 def place_value(values: NDArray[np.float32]) -> list[float | None] | None:

@@ -11,14 +11,14 @@ import safetensors.numpy
 from forests.frames import Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.modelfile import FORMAT, ModelFileError, read_model, write_model
-from forests.oarf.calibrate import TERMS
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
-from forests.oarf.model import ForestTree, LeafTable, OARFModel, Tuning
+from forests.oarf.evidence import TERMS
+from forests.oarf.model import ForestTree, OARFModel, Tuning
+from forests.oarf.packed import LeafTable, pack_leaves
 from forests.oarf.predict import Predictor
-from forests.oarf.storage import load_model, pack_model, quantised, save_model
+from forests.oarf.storage import load_model, pack_model, pack_tree, save_model
 from forests.oarf.tune import untuned
-from forests.oarf.vote import vote_table
 from forests.records import from_json, to_json
 from forests.rwf.config import RWFConfig
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
@@ -169,8 +169,8 @@ def small_tree(seed):
     probability = rng.dirichlet(np.full(4, 0.3), size=4).astype(np.float32)
     weight = -np.sort(-(rng.random((4, 2, 3, 2), np.float32) ** 2), axis=-1)
     weight[0, 1], weight[1, :, 2, 1] = 0, 1e-6
-    mode = rng.normal(size=(4, 2, 3, 2, 3)).astype(np.float32) * (weight > 0)[..., None]
-    return ForestTree(nodes, LeafTable(probability, mode.astype(np.float32), weight))
+    vote = rng.normal(size=(4, 2, 3, 2, 3)).astype(np.float32) * (weight > 0)[..., None]
+    return nodes, LeafTable(probability, vote.astype(np.float32), weight)
 
 
 @pytest.fixture
@@ -182,7 +182,7 @@ def model():
         np.arange(3 * len(TERMS), dtype=np.float32).reshape(3, -1),
         untuned(3).hidden_weights,
     )
-    trees = tuple(quantised(small_tree(seed)) for seed in (1, 2))
+    trees = tuple(ForestTree(nodes, pack_leaves(table)) for nodes, table in map(small_tree, (1, 2)))
     return OARFModel(config, LABELS, ClassTable.of(LABELS, "semantic"), trees, tuning)
 
 
@@ -193,22 +193,27 @@ def test_a_saved_forest_is_the_one_in_memory_to_the_byte(model, path):
     assert same(asdict(loaded.tuning), asdict(model.tuning))
     for one, two in zip(loaded.trees, model.trees, strict=True):
         assert np.array_equal(one.nodes, two.nodes)
-        assert same(one.leaves._asdict(), two.leaves._asdict())
+        assert one.leaves.shape == two.leaves.shape
+        assert same(pack_tree(one), pack_tree(two))
     assert read_model(path).metadata["corpus"] == {"digest": "0"}
     first = path.read_bytes()
     save_model(path, loaded, {"corpus": {"digest": "0"}})
     assert path.read_bytes() == first
 
 
-def test_rounding_changes_no_vote():
-    tree = small_tree(3)
-    kept = quantised(tree)
-    exact, rounded = (vote_table([item.leaves], np.full(3, np.inf, np.float32)) for item in (tree, kept))
-    assert np.array_equal(exact.entries, rounded.entries)
-    assert np.array_equal(exact.start, rounded.start)
-    assert np.abs(kept.leaves.probability - tree.leaves.probability).max() < 1e-5
-    assert not kept.leaves.mode[kept.leaves.weight == 0].any()
-    assert all(a.tobytes() == b.tobytes() for a, b in zip(quantised(kept).leaves, kept.leaves, strict=True))
+def test_rounding_changes_a_leaf_table_once_and_by_no_more_than_its_steps():
+    _, table = small_tree(3)
+    packed = pack_leaves(table)
+    kept = packed.unpacked()
+    has_weight = kept.weight > 0
+    assert np.array_equal(has_weight, np.rint(table.weight * 32767) > 0)
+    assert np.abs(kept.weight - table.weight).max() <= 0.51 / 32767
+    assert np.abs(kept.vote - table.vote)[has_weight].max() <= 0.51e-3
+    assert not kept.vote[~has_weight].any()
+    assert np.abs(kept.probability - table.probability).max() < 1e-5
+    again = pack_leaves(kept)
+    assert again[:2] == packed[:2]
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(again[2:], packed[2:], strict=True))
 
 
 DEPTH = np.random.default_rng(0).integers(1000, 3000, (20, 30)).astype(np.uint16)
@@ -234,8 +239,8 @@ def changed(arrays, name, place, value):
     [
         (lambda a: {n: v for n, v in a.items() if n != "tree1.left"}, "array left is missing"),
         (lambda a: a | {"tree0.left": a["tree0.left"].astype(np.int64)}, r"left is int64 \(7,\), must be int32"),
-        (lambda a: a | {"tree0.mode": a["tree0.mode"][:-1]}, r"array mode is int16 \(\d+, 3\), must be int16"),
-        (lambda a: a | {"tree0.has_mode": a["tree0.has_mode"][:-1]}, "array has_mode is uint8"),
+        (lambda a: a | {"tree0.vote": a["tree0.vote"][:-1]}, r"array vote is int16 \(\d+, 3\), must be int16"),
+        (lambda a: a | {"tree0.has_vote": a["tree0.has_vote"][:-1]}, "array has_vote is uint8"),
         (lambda a: changed(a, "tree0.left", 0, 0), "children do not follow it"),
         (lambda a: changed(a, "tree0.left", 2, 6), "children do not follow it"),
         (lambda a: changed(a, "tree0.left", 2, 2**31 - 1), "children do not follow it"),
@@ -245,7 +250,7 @@ def changed(arrays, name, place, value):
         (lambda a: changed(a, "tree0.threshold", 4, 7), "a leaf leads elsewhere"),
         (lambda a: changed(a, "tree0.offsets", 1, np.nan), "offsets are not finite"),
         (lambda a: changed(a, "tree0.offsets", 1, 1e30), "within 100.0 m"),
-        (lambda a: changed(a, "tree0.mode", 1, -32768), "within 32000 mm"),
+        (lambda a: changed(a, "tree0.vote", 1, -32768), "within 32000 mm"),
         (lambda a: changed(a, "tree0.weight", 1, -1), "not below 0"),
         (lambda a: changed(a, "tree0.probability", 0, 0), "do not sum to 1"),
         (lambda a: changed(a, "tuning.bandwidth_m", 0, np.nan), "bandwidth_m"),
@@ -296,7 +301,7 @@ def test_a_forest_of_any_numbers_is_refused_or_answers(model, path):
         ({"n_trees": "2"}, "OARFConfig.n_trees is '2', must be int"),
         ({"n_trees": True}, "OARFConfig.n_trees is True, must be int"),
         ({"n_trees": 3}, "array left is missing"),
-        ({"n_modes": 2**40}, "array has_mode is uint8"),
+        ({"n_leaf_votes": 2**40}, "array has_vote is uint8"),
         ({"mode": "baseline"}, "array has_class is uint8"),
         ({"mode": ["semantic"]}, "OARFConfig.mode is"),
         ({"growth": {"max_depth": 3}}, "GrowthConfig is"),

@@ -6,23 +6,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from forests.boxes import upper_body_box
 from forests.crops import Crops
 from forests.frames import FrameBatch
 from forests.growing import GrownTree
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import OcclusionAwareForest, train
-from forests.oarf.leaves import leaf_table
+from forests.oarf.forest import OcclusionAwareForest
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, save_model
+from forests.oarf.train import train
 from forests.oarf.tune import DEFAULT_BANDWIDTH_M, tune
-from forests.rwf.forest import Walker
 from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.predict import Predictor as Walker
 from forests.rwf.skeleton import measure_limbs, starts_of
-from forests.rwf.start import upper_body_box
 from forests.rwf.storage import load_model as load_walks
 from forests.rwf.storage import pack_model as pack_walks
 from forests.rwf.storage import save_model as save_walks
-from forests.rwf.train import train_rwf
+from forests.rwf.train import train as train_rwf
 from forests.samples import TrainingSet
 from tests.forests.oarf import test_forest as regression
 from tests.forests.oarf import test_leaves as leaves
@@ -67,22 +67,22 @@ def test_a_joint_that_no_frame_knows_gets_no_modes_and_the_others_keep_theirs():
     full = leaves.table_of(training, classes, grown)
     table = leaves.table_of(unknown_in(training, 1, np.arange(leaves.N_FRAMES)), classes, grown)
     assert not table.weight[:, :, 1].any()
-    assert not table.mode[:, :, 1].any()
+    assert not table.vote[:, :, 1].any()
     assert table.probability.tobytes() == full.probability.tobytes()
-    for mine, theirs in ((table.mode, full.mode), (table.weight, full.weight)):
+    for mine, theirs in ((table.vote, full.vote), (table.weight, full.weight)):
         assert np.delete(mine, 1, axis=2).tobytes() == np.delete(theirs, 1, axis=2).tobytes()
 
 
-@pytest.mark.parametrize("n_votes", [400, 20])
-def test_a_leaf_says_of_a_joint_what_it_would_say_without_the_frames_that_lack_it(n_votes):
+@pytest.mark.parametrize("n_drawn", [400, 20])
+def test_a_leaf_says_of_a_joint_what_it_would_say_without_the_frames_that_lack_it(n_drawn):
     """To the byte: modes, and weights, which are shares of the samples that know the joint."""
     training, classes, grown = leaves.world()
     lacking = np.arange(0, leaves.N_FRAMES, 3)
-    table = leaves.table_of(unknown_in(training, 1, lacking), classes, grown, n_votes=n_votes)
+    table = leaves.table_of(unknown_in(training, 1, lacking), classes, grown, n_drawn=n_drawn)
     knowing = np.setdiff1d(np.arange(leaves.N_FRAMES), lacking)
-    alone = leaves.table_of(*only_frames(training, classes, grown, knowing), n_votes=n_votes)
-    full = leaves.table_of(training, classes, grown, n_votes=n_votes)
-    for name in ("mode", "weight"):
+    alone = leaves.table_of(*only_frames(training, classes, grown, knowing), n_drawn=n_drawn)
+    full = leaves.table_of(training, classes, grown, n_drawn=n_drawn)
+    for name in ("vote", "weight"):
         mine, theirs = getattr(table, name), getattr(alone, name)
         assert mine[:, :, 1].tobytes() == theirs[:, :, 1].tobytes()
         assert np.delete(mine, 1, axis=2).tobytes() == np.delete(getattr(full, name), 1, axis=2).tobytes()
@@ -92,7 +92,7 @@ def test_a_leaf_says_of_a_joint_what_it_would_say_without_the_frames_that_lack_i
 def test_weights_of_a_joint_add_up_to_one_over_both_layers():
     training, classes, grown = leaves.world((300, 90, 700))
     training = unknown_in(training, 1, np.arange(10))
-    table = leaf_table(training, classes, leaves.N_CLASSES, leaves.N_PARTS, grown, leaves.B, 60, 1, 0, 0)
+    table = leaves.table_of(training, classes, grown, n_leaf_votes=60)
     assert table.weight.sum(axis=(1, 3)) == pytest.approx(1.0, abs=1e-5)
 
 
@@ -112,9 +112,10 @@ def test_a_regression_forest_without_a_joint_is_the_full_one_in_all_others(fores
     full, partial = forests
     for mine, theirs in zip(partial.trees, full.trees, strict=True):
         assert mine.nodes.tobytes() == theirs.nodes.tobytes()
-        assert mine.leaves.probability.tobytes() == theirs.leaves.probability.tobytes()
-        assert mine.leaves.mode[:, :, :FOOT].tobytes() == theirs.leaves.mode[:, :, :FOOT].tobytes()
-        assert mine.leaves.weight[:, :, :FOOT].tobytes() == theirs.leaves.weight[:, :, :FOOT].tobytes()
+        (shares, *learned), (other_shares, *whole) = mine.leaves.unpacked(), theirs.leaves.unpacked()
+        assert shares.tobytes() == other_shares.tobytes()
+        for of_mine, of_theirs in zip(learned, whole, strict=True):
+            assert of_mine[:, :, :FOOT].tobytes() == of_theirs[:, :, :FOOT].tobytes()
     for name, values in vars(partial.tuning).items():
         assert values[:FOOT].tobytes() == getattr(full.tuning, name)[:FOOT].tobytes()
     frame = regression.TEST[0]
@@ -193,7 +194,7 @@ def test_without_objects_all_modes_grow_the_same_trees_and_cast_the_same_votes()
     ]
     for model in models[1:]:
         assert model.trees[0].nodes.tobytes() == models[0].trees[0].nodes.tobytes()
-        assert not model.trees[0].leaves.weight[:, 1:].any()
+        assert not model.trees[0].leaves.unpacked().weight[:, 1:].any()
         answers = [Predictor(each).predict(people.depth[1], people.camera) for each in (model, models[0])]
         assert answers[0].proposals.tobytes() == answers[1].proposals.tobytes()
         assert np.isfinite(answers[0].hidden_probability).all()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.oarf.calibrate import reliability
+from forests.calibration import WITHIN_M, reliability
 from pipelines.metrics import (
     CURVE_CM,
     Groups,
@@ -23,7 +23,6 @@ from pipelines.metrics import (
 )
 from pipelines.metrics.comparing import Difference
 from pipelines.metrics.document import number as known
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.metrics.resampling import Mean
 from pipelines.metrics.results import Results, Truths
 from pipelines.report.chart import Axis, Point, Series, line_chart, round_axis, row_chart

@@ -1,13 +1,12 @@
 """The section of example frames: what the camera saw, what is true, what each method answered."""
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
+from forests.calibration import WITHIN_M
 from pipelines.drawing.labels import PixelLabels, true_labels
 from pipelines.drawing.palette import CLASS_COLOURS, css_colour
 from pipelines.drawing.windows import Window
-from pipelines.metrics.measures import WITHIN_M
-from pipelines.models.asking import PixelLabeller
 from pipelines.report.examples import ERROR_CAP_M, PLACES, Example, choose_examples, frame_errors
 from pipelines.report.methods import METHODS
 from pipelines.report.models import first_model
@@ -75,11 +74,11 @@ def examples_section(source: Source) -> Section:
 def _labels_of(source: Source, name: str, frames: Mapping[int, Frame]) -> Labels | None:
     """None if the method's model is not there."""
     model = first_model(source, name)
-    if model is None or model.contestant.classes is None:
+    labeller = None if model is None else model.contestant.labeller
+    if labeller is None:
         return None
-    labeller, classes = cast("PixelLabeller", model.contestant.predictor), model.contestant.classes.names
     return {
-        row: PixelLabels(labeller.label_pixels(frame.depth, frame.camera), classes)
+        row: PixelLabels(labeller.label_pixels(frame.depth, frame.camera), labeller.classes)
         for row, frame in frames.items()
     }
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.calibration import WITHIN_M
 from forests.estimate import JointEstimate
-from pipelines.metrics.measures import WITHIN_M
 from pipelines.predicting.recording import N_ASKED, Recording, Shown, known_joints
 from pipelines.report.methods import METHODS, shown_methods
 from pipelines.report.page import Section, Table, Tile

@@ -7,7 +7,7 @@ import pytest
 
 from forests.crops import Crops
 from forests.growing import GrownTree
-from forests.oarf.leaves import leaf_table
+from forests.oarf.leaves import LeafRules, leaf_table
 from forests.samples import Samples, TrainingSet
 from forests.tree import NODE_DTYPE
 from tests import reference_forests_modes as twin
@@ -41,8 +41,11 @@ def world(sizes: tuple[int, ...] = SIZES, seed: int = 0) -> tuple[TrainingSet, n
     return TrainingSet(crops, samples, joints), classes, GrownTree(np.zeros(0, NODE_DTYPE), leaf_start, order)
 
 
-def table_of(training, classes, grown, n_threads=1, n_parts=N_PARTS, n_modes=3, seed=0, tree=0, **options):
-    return leaf_table(training, classes, N_CLASSES, n_parts, grown, B, n_modes, n_threads, seed, tree, **options)
+RULES = LeafRules(N_CLASSES, N_PARTS, B, 3, 0, 0)
+
+
+def table_of(training, classes, grown, n_threads=1, on_leaves=lambda n: None, **changes):
+    return leaf_table(training, classes, grown, RULES._replace(**changes), n_threads, on_leaves)
 
 
 def members_of(grown: GrownTree, leaf: int) -> np.ndarray:
@@ -70,7 +73,7 @@ def test_modes_are_those_of_the_slow_twin(n_parts):
     training, classes, grown = world(sizes)
     table = table_of(training, classes, grown, n_parts=n_parts, n_starts=400)
     n_layers = 1 if n_parts == N_CLASSES else 2
-    assert table.mode.shape == (len(sizes), n_layers, N_JOINTS, 3, 3)
+    assert table.vote.shape == (len(sizes), n_layers, N_JOINTS, 3, 3)
     assert table.weight.shape == (len(sizes), n_layers, N_JOINTS, 3)
     for leaf in range(len(sizes)):
         members = members_of(grown, leaf)
@@ -78,7 +81,7 @@ def test_modes_are_those_of_the_slow_twin(n_parts):
         mode, weight = twin.leaf_modes(offsets, is_occluder, B, 3, n_layers)
         assert np.abs(table.weight[leaf] - weight).max() < 1e-6 + 0.03 * (sizes[leaf] > 20)
         is_alone = (weight[..., 0] > weight[..., 1] + 0.05) & (weight[..., 0] > 0)
-        apart = np.linalg.norm(table.mode[leaf, ..., 0, :] - mode[..., 0, :], axis=-1)
+        apart = np.linalg.norm(table.vote[leaf, ..., 0, :] - mode[..., 0, :], axis=-1)
         assert (apart[is_alone] < 0.001).all()
 
 
@@ -91,25 +94,25 @@ def test_fewer_climbers_find_the_same_first_modes_with_nearly_the_same_weights()
     training = training._replace(joints=joints)
     table = table_of(training, classes, grown)
     exact = table_of(training, classes, grown, n_starts=400)
-    apart = np.linalg.norm(table.mode[..., 0, :] - exact.mode[..., 0, :], axis=-1)
+    apart = np.linalg.norm(table.vote[..., 0, :] - exact.vote[..., 0, :], axis=-1)
     assert (apart < 0.01).mean() > 0.95
     assert np.abs(table.weight[..., 0] - exact.weight[..., 0]).mean() < 0.03
     assert not np.array_equal(table.weight, exact.weight)
 
 
-@pytest.mark.parametrize("n_votes", [400, 20])
-def test_weights_are_shares_of_all_samples_of_the_leaf(n_votes):
+@pytest.mark.parametrize("n_drawn", [400, 20])
+def test_weights_are_shares_of_all_samples_of_the_leaf(n_drawn):
     """With room for every mode, a layer's weights add up to its share of the samples, drawn or not."""
     training, classes, grown = world()
-    table = table_of(training, classes, grown, n_modes=60, n_votes=n_votes)
+    table = table_of(training, classes, grown, n_leaf_votes=60, n_drawn=n_drawn)
     total = table.weight.sum(axis=3)
     for leaf in range(len(SIZES)):
         share = (classes[members_of(grown, leaf)] >= N_PARTS).mean()
         assert total[leaf, 0] == pytest.approx(1.0 - share, abs=1e-5)
         assert total[leaf, 1] == pytest.approx(share, abs=1e-5)
-    few = table_of(training, classes, grown, n_modes=2, n_votes=n_votes)
+    few = table_of(training, classes, grown, n_leaf_votes=2, n_drawn=n_drawn)
     assert np.array_equal(few.weight, table.weight[..., :2])
-    assert np.array_equal(few.mode, table.mode[..., :2, :])
+    assert np.array_equal(few.vote, table.vote[..., :2, :])
 
 
 def test_modes_lie_where_the_joints_are_seen_from_the_samples():
@@ -124,9 +127,9 @@ def test_modes_lie_where_the_joints_are_seen_from_the_samples():
     )
     table = table_of(training, classes, grown)
     point = np.array([(50 - 60) * 2.0 / 500, (40 - 50) * 2.0 / 510, 2.0])
-    assert np.allclose(table.mode[0, :, :, 0], training.joints[0] - point, atol=1e-5)
+    assert np.allclose(table.vote[0, :, :, 0], training.joints[0] - point, atol=1e-5)
     assert (table.weight[..., 1:] == 0).all()
-    assert (table.mode[..., 1:, :] == 0).all()
+    assert (table.vote[..., 1:, :] == 0).all()
 
 
 def test_a_leaf_of_occluder_samples_has_no_body_modes():
@@ -136,7 +139,7 @@ def test_a_leaf_of_occluder_samples_has_no_body_modes():
     table = table_of(training, classes, grown)
     for leaf, empty in ((3, 0), (4, 1)):
         assert (table.weight[leaf, empty] == 0).all()
-        assert (table.mode[leaf, empty] == 0).all()
+        assert (table.vote[leaf, empty] == 0).all()
         assert (table.weight[leaf, 1 - empty, :, 0] > 0).all()
 
 
@@ -160,21 +163,21 @@ def test_any_number_of_threads_gives_the_same_bytes():
 
 def test_which_samples_are_drawn_depends_on_seed_and_tree():
     training, classes, grown = world()
-    first = table_of(training, classes, grown, n_votes=20)
+    first = table_of(training, classes, grown, n_drawn=20)
     for changes in ({"seed": 1}, {"tree": 1}):
-        other = table_of(training, classes, grown, n_votes=20, **changes)
+        other = table_of(training, classes, grown, n_drawn=20, **changes)
         is_small = np.array(SIZES) <= 20
-        assert np.array_equal(other.mode[is_small], first.mode[is_small])
-        assert not np.array_equal(other.mode[~is_small], first.mode[~is_small])
+        assert np.array_equal(other.vote[is_small], first.vote[is_small])
+        assert not np.array_equal(other.vote[~is_small], first.vote[~is_small])
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"n_parts": 6}, "n_parts=6 and n_classes=5 must be in 1..256, parts not above classes"),
-        ({"n_modes": 0}, "n_modes=0 must be at least 1"),
+        ({"n_leaf_votes": 0}, "n_leaf_votes=0 must be at least 1"),
         ({"n_threads": 0}, "n_threads=0 must be at least 1"),
-        ({"n_votes": 0}, "n_votes=0 must be at least 1"),
+        ({"n_drawn": 0}, "n_drawn=0 must be at least 1"),
         ({"n_starts": -1}, "n_starts=-1 must be at least 1"),
         ({"classes": np.zeros(3, np.uint8)}, r"classes are uint8 \(3,\), must be uint8 \(1145,\)"),
         ({"classes": np.full(1145, 5, np.uint8)}, r"class 5 is not in 0..4"),
@@ -191,4 +194,4 @@ def test_wrong_arguments_are_refused(changes, message):
 def test_the_bandwidth_is_a_length(bandwidth):
     training, classes, grown = world((3,))
     with pytest.raises(ValueError, match="must be above 0 and finite"):
-        leaf_table(training, classes, N_CLASSES, N_PARTS, grown, bandwidth, 2, 1, 0, 0)
+        table_of(training, classes, grown, bandwidth_m=bandwidth)

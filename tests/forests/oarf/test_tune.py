@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from sklearn.linear_model import LogisticRegression
 
+from forests.calibration import fit_logistic, logistic, reliability
 from forests.frames import FrameBatch, FrameSubset, Intrinsics, LabelTable
-from forests.oarf.calibrate import TERMS, Evidence, fit_logistic, logistic, reliability, terms
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
-from forests.oarf.model import ForestTree, LeafTable, OARFModel
+from forests.oarf.evidence import TERMS, Evidence, terms
+from forests.oarf.model import ForestTree, OARFModel
+from forests.oarf.packed import LeafTable, pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import BANDWIDTHS_M, calibrated, tune, untuned
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
@@ -28,12 +30,12 @@ def two_leaves() -> ForestTree:
     nodes["u"][0] = (0.0, 0.1)
     nodes["threshold"] = (1000, LEAF_THRESHOLD, LEAF_THRESHOLD)
     nodes["left"], nodes["leaf"] = (1, 1, 2), (-1, 0, 1)
-    mode, weight = np.zeros((2, 2, 2, 2, 3), np.float32), np.zeros((2, 2, 2, 2), np.float32)
-    mode[:, 0, 0, 0], weight[:, 0, 0, 0] = (0.0, -0.7, 0.0), 0.6
-    mode[:, 0, 0, 1], weight[:, 0, 0, 1] = (0.0, 0.05, 0.0), 0.3
-    mode[:, 0, 1, 0], weight[:, 0, 1, 0] = (0.0, 0.7, 0.0), 0.5
+    vote, weight = np.zeros((2, 2, 2, 2, 3), np.float32), np.zeros((2, 2, 2, 2), np.float32)
+    vote[:, 0, 0, 0], weight[:, 0, 0, 0] = (0.0, -0.7, 0.0), 0.6
+    vote[:, 0, 0, 1], weight[:, 0, 0, 1] = (0.0, 0.05, 0.0), 0.3
+    vote[:, 0, 1, 0], weight[:, 0, 1, 0] = (0.0, 0.7, 0.0), 0.5
     probability = np.array([[1.0, 0.0], [0.5, 0.5]], np.float32)
-    return ForestTree(nodes, LeafTable(probability, mode, weight))
+    return ForestTree(nodes, pack_leaves(LeafTable(probability, vote, weight)))
 
 
 def patches(n: int, seed: int, noise_m: float = 0.0) -> FrameBatch:

@@ -10,9 +10,10 @@ from forests.frames import FrameBatch, FrameSubset, Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.modelfile import ModelFileError
 from forests.rwf.config import RWFConfig
-from forests.rwf.forest import RandomWalkForest, Walker
+from forests.rwf.forest import RandomWalkForest
+from forests.rwf.predict import Predictor
 from forests.rwf.storage import load_model, pack_model, pack_tree, save_model, unpack_model, unpack_tree
-from forests.rwf.train import train_rwf
+from forests.rwf.train import train
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 LABELS = LabelTable(("body",), ("table",), ("head", "neck", "foot"))
@@ -107,7 +108,7 @@ def test_the_same_question_has_the_same_answer(forest):
 def test_any_number_of_threads_trains_the_same_bytes():
     few = FrameSubset(TRAINING, tuple(range(30)))
     config = replace(CONFIG, n_trees=2)
-    assert_same(*(train_rwf(few, config, validation=TEST, n_threads=n) for n in (1, 2)))
+    assert_same(*(train(few, config, validation=TEST, n_threads=n) for n in (1, 2)))
 
 
 def test_training_goes_on_from_its_checkpoint():
@@ -120,42 +121,42 @@ def test_training_goes_on_from_its_checkpoint():
             return kept.get(tree)
 
         def save(self, tree, grown):
-            kept[tree] = unpack_tree(pack_tree(grown), CONFIG.n_clusters)
+            kept[tree] = unpack_tree(pack_tree(grown), LABELS, CONFIG)
 
-    whole = train_rwf(few, CONFIG, checkpoint=Store(), on_progress=shares.append)
+    whole = train(few, CONFIG, checkpoint=Store(), on_progress=shares.append)
     assert loaded == [False] * 3
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     del kept[2]
-    assert_same(whole, train_rwf(few, CONFIG, checkpoint=Store()))
+    assert_same(whole, train(few, CONFIG, checkpoint=Store()))
     assert loaded[3:] == [True, True, False]
 
 
 def test_bodies_alone_or_some_joints_alone_can_be_learned():
     few = FrameSubset(TRAINING, tuple(range(20)))
-    body = train_rwf(few, replace(CONFIG, layer="body"))
-    assert not np.array_equal(body.experts[2][0].nodes, train_rwf(few, CONFIG).experts[2][0].nodes)
-    some = train_rwf(few, replace(CONFIG, joints=("foot", "head")))
+    body = train(few, replace(CONFIG, layer="body"))
+    assert not np.array_equal(body.experts[2][0].nodes, train(few, CONFIG).experts[2][0].nodes)
+    some = train(few, replace(CONFIG, joints=("foot", "head")))
     assert some.joints == ("head", "foot")
     assert some.limbs.parent.tolist() == [-1, -1]
     with pytest.raises(ValueError, match="tail"):
-        train_rwf(few, replace(CONFIG, joints=("tail",)))
+        train(few, replace(CONFIG, joints=("tail",)))
 
 
 def test_one_frame_is_enough_and_none_is_refused():
     one = FrameSubset(TRAINING, (0,))
-    walker = Walker(train_rwf(one, CONFIG, validation=one))
+    walker = Predictor(train(one, CONFIG, validation=one))
     joints = walker.predict(TRAINING.depth[0], CAMERA, start=TRAINING.joints[0, 1]).joints
     assert np.linalg.norm(joints - TRAINING.joints[0], axis=1).max() < 0.15
     with pytest.raises(ValueError, match="no training frames"):
-        train_rwf(FrameSubset(TRAINING, ()), CONFIG)
+        train(FrameSubset(TRAINING, ()), CONFIG)
 
 
 def test_a_frame_that_shows_nothing_is_learned_from_without_harm():
     empty = FrameBatch(
         np.zeros((2, 72, 96), np.uint16), np.zeros((2, 72, 96), np.uint8), TRAINING.joints[:2], CAMERA, LABELS
     )
-    joints = Walker(train_rwf(empty, CONFIG, validation=empty)).predict(TEST.depth[0], CAMERA).joints
+    joints = Predictor(train(empty, CONFIG, validation=empty)).predict(TEST.depth[0], CAMERA).joints
     assert np.isfinite(joints).all()
 
 
@@ -190,7 +191,7 @@ def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
     assert_same(forest.model_, loaded)
     assert (loaded.config, loaded.labels, loaded.joints) == (CONFIG, LABELS, LABELS.joints)
     expected = forest.predict(TEST[0].depth, CAMERA)
-    np.testing.assert_array_equal(Walker(loaded).predict(TEST[0].depth, CAMERA).proposals, expected.proposals)
+    np.testing.assert_array_equal(Predictor(loaded).predict(TEST[0].depth, CAMERA).proposals, expected.proposals)
     with pytest.raises(ValueError, match="config"):
         save_model(path, forest.model_, {"config": 1})
     path.write_bytes(path.read_bytes()[:-100])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from forests.boxes import upper_body_box
 from forests.crops import crop_image
 from forests.frames import Intrinsics
 from forests.growing import DIRECTION_ONE, GrownTree
@@ -11,7 +12,7 @@ from forests.rwf.clusters import find_modes, leaf_clusters
 from forests.rwf.config import SKELETON, UPPER_BODY, RWFConfig
 from forests.rwf.points import draw_way_points, gate_of
 from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs, parents_first, parents_of
-from forests.rwf.start import start_point, upper_body_box
+from forests.rwf.start import start_point
 from forests.smoothing import SkeletonSmoother, SmoothingConfig
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)

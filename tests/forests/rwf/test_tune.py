@@ -6,17 +6,9 @@ import pytest
 from forests.frames import LabelTable
 from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
-from forests.rwf.tune import View, fit_logistic, least_worth, step_budgets, tune
+from forests.rwf.tune import View, choose_walks, least_worth, step_budgets
 from forests.rwf.walk import WalkPlan
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
-
-
-def test_the_logistic_fit_recovers_its_weights():
-    rng = np.random.default_rng(0)
-    values = rng.uniform(0, 1, 20000).astype(np.float32)
-    is_true = rng.random(20000) < 1 / (1 + np.exp(-(2.0 - 5.0 * values)))
-    np.testing.assert_allclose(fit_logistic(values, is_true), [2.0, -5.0], atol=0.15)
-    assert np.isfinite(fit_logistic(values, np.ones(20000, bool))).all()
 
 
 def test_walks_get_fewer_when_their_steps_get_more():
@@ -54,18 +46,18 @@ def view_of(joint_m):
 @pytest.mark.parametrize(("joint_m", "is_reached"), [((0.25, 0.0, 2.0), True), ((-1.0, 0.0, 2.0), False)])
 def test_tuning_takes_the_fewest_steps_that_reach_the_joint(joint_m, is_reached):
     model, view = model_that_steps_right(), view_of(joint_m)
-    tuned = tune(model, [view] * 3)
+    tuned = choose_walks(model, [view] * 30)
     assert (tuned.plan.n_walks, tuned.plan.n_steps) == (8, 7)
     assert (tuned.plan.step_m < 1).all()
     probability = 1 / (1 + np.exp(-tuned.within_weights[0, 0]))
     assert (probability > 0.9) if is_reached else (probability < 0.1)
-    assert tune(model, []) is model
+    assert choose_walks(model, []) is model
 
 
 def test_walks_are_as_long_as_the_config_lets_them_choose():
     ways = {}
     for ways_m in ((0.3,), (1.2,), (0.3, 1.2)):
-        plan = tune(model_that_steps_right(ways_m=ways_m), [view_of((0.25, 0.0, 2.0))] * 3).plan
+        plan = choose_walks(model_that_steps_right(ways_m=ways_m), [view_of((0.25, 0.0, 2.0))] * 3).plan
         ways[ways_m] = round(float(plan.step_m[0]) * plan.n_steps, 3)
     assert ways == {(0.3,): 0.3, (1.2,): 1.2, (0.3, 1.2): 0.3}
 

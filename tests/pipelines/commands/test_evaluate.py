@@ -12,8 +12,9 @@ from forests.estimate import JointEstimate
 from forests.modelfile import write_model
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
-from forests.oarf.model import ForestTree, LeafTable, OARFModel
-from forests.oarf.storage import quantised, save_model
+from forests.oarf.model import ForestTree, OARFModel
+from forests.oarf.packed import LeafTable, pack_leaves
+from forests.oarf.storage import save_model
 from forests.oarf.tune import untuned
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from pipelines.cli import main
@@ -72,11 +73,11 @@ def stump():
     classes = ClassTable.of(LABELS, config.mode)
     nodes = np.zeros(1, NODE_DTYPE)
     nodes["threshold"] = LEAF_THRESHOLD
-    shape = 1, 2, LABELS.n_joints, config.n_modes
+    shape = 1, 2, LABELS.n_joints, config.n_leaf_votes
     probability = np.full((1, classes.n_classes), 1 / classes.n_classes, np.float32)
     leaves = LeafTable(probability, np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32))
     tuning = replace(untuned(LABELS.n_joints), max_offset_m=np.full(LABELS.n_joints, 1.0, np.float32))
-    return OARFModel(config, LABELS, classes, (quantised(ForestTree(nodes, leaves)),), tuning)
+    return OARFModel(config, LABELS, classes, (ForestTree(nodes, pack_leaves(leaves)),), tuning)
 
 
 @pytest.fixture
@@ -207,8 +208,8 @@ def test_a_forest_is_read_from_its_file(tmp_path):
     contestant, about = open_model(path)
     assert contestant.method == "stump"
     assert contestant.joints == JOINT_NAMES
-    assert contestant.classes is not None
-    assert contestant.classes.n_classes == 38
+    assert contestant.labeller is not None
+    assert len(contestant.labeller.classes) == 38
     assert about["kind"] == "oarf"
     assert about["config"]["mode"] == "semantic"
     assert len(about["digest"]) == 64

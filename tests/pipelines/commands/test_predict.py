@@ -12,9 +12,9 @@ from forests.frames import FrameSubset, Intrinsics
 from forests.growing import GrowthConfig
 from forests.modelfile import write_model
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, save_model
+from forests.oarf.train import train
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing import palette

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from toy_recording import CAMERA, LAYOUT, silhouette, standing, write_layout, write_recording
 
+from forests.boxes import upper_foreground_box
 from forests.estimate import JointEstimate
 from forests.frames import FrameSubset
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
-from forests.oarf.forest import train as train_oarf
 from forests.oarf.storage import save_model as save_oarf
+from forests.oarf.train import train as train_oarf
 from forests.rwf.config import RWFConfig
-from forests.rwf.start import upper_foreground_box
 from forests.rwf.storage import save_model as save_rwf
-from forests.rwf.train import train_rwf
+from forests.rwf.train import train as train_rwf
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing.tiles import N_SHOWN

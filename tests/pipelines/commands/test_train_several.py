@@ -8,8 +8,8 @@ from toy_walker import NAMES, import_recording, write_recording
 
 from forests.frames import DepthFrame
 from forests.modelfile import read_model
-from forests.oarf.forest import train as train_oarf
 from forests.oarf.storage import load_model, pack_model
+from forests.oarf.train import train as train_oarf
 from pipelines.cli import main
 from pipelines.corpus import Corpus
 from pipelines.corpus.joined import JoinedFrames, open_corpora, sensors_of
@@ -124,7 +124,7 @@ def test_a_joint_that_one_corpus_tells_is_learned_from_it(mixed, recorded, tmp_p
     alone = tmp_path / "alone"
     assert train((recorded,), alone) == 0
     assert not any((tree.leaves.weight[:, :, torso] > 0).any() for tree in load_model(alone).trees)
-    assert "are not learned of them: torso" in capsys.readouterr().out
+    assert "are not learned: torso" in capsys.readouterr().out
 
 
 def test_training_goes_on_in_the_same_order_of_corpora_alone(
@@ -163,7 +163,7 @@ def test_the_sensor_measures_generated_frames_alone(toy_corpus, recorded, tmp_pa
     assert sensors_of((recorded,), "ideal") == ("ideal",)
     assert train((toy_corpus, recorded), tmp_path / "m", "--sensor", "kinect_v1") == 0
     told = capsys.readouterr().out
-    assert f"sensor kinect_v1 measures generated frames alone, those of {recorded.path} stay as recorded" in told
+    assert f"the noise of kinect_v1 is not added to the recorded frames of {recorded.path}" in told
     assert read_model(tmp_path / "m").metadata["sensor"] == "kinect_v1"
     corpora, sensors = (toy_corpus, recorded), ("kinect_v1", None)
     assert learned_the_same(tmp_path / "m", *(listed(corpora, split, 12, sensors) for split in ("train", "val")))

@@ -400,17 +400,16 @@ def test_a_frame_is_shown_once_and_the_earlier_of_equals():
 
 def test_pixel_labels_are_shown_of_models_that_are_there(tmp_path, toy_corpus, truths, monkeypatch):
     class Labeller:
+        classes = ("head",)
+
         def label_pixels(self, depth, camera):
             return (depth > 0).astype(np.uint8)
-
-    class Classes:
-        names, n_parts = ("head",), 1
 
     asked = []
 
     def load(path):
         asked.append(path.name)
-        return Contestant(path.stem, Labeller(), truths.joints, Classes()), {}
+        return Contestant(path.stem, Labeller(), truths.joints, Labeller()), {}
 
     monkeypatch.setattr("pipelines.report.models.open_model", load)
     answers = answers_of(truths, ("baseline", "occluders", "semantic", "rwf"))

@@ -1,0 +1,124 @@
+"""Training a regression forest from frames."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forests.frames import FrameSequence, is_known
+from forests.growing import grow_class_tree
+from forests.oarf.classes import ClassTable
+from forests.oarf.config import OARFConfig
+from forests.oarf.leaves import LeafRules, leaf_table
+from forests.oarf.model import ForestTree, OARFModel
+from forests.oarf.packed import pack_leaves
+from forests.oarf.tune import tune, untuned
+from forests.samples import Layer, TrainingSet, gather
+from forests.tree import TreeStore
+
+_GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
+"""Of the time that training takes, about; for the progress bar."""
+_GROW_SHARE = 0.8
+"""Of a tree's time; the rest goes to its leaves."""
+
+
+def train(
+    frames: FrameSequence,
+    config: OARFConfig,
+    *,
+    validation: FrameSequence | None = None,
+    n_threads: int = 1,
+    checkpoint: TreeStore[ForestTree] | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+) -> OARFModel:
+    """Trains a regression forest (Rafi et al. 2015, section 3).
+
+    The baseline learns from the body layer, the other modes from the composite with pixels of the objects too; the
+    pixels of the body that both layers show are drawn alike. Where no frame shows an object, all modes are the
+    same but for the classes' names. Frames may lack joints (NaN): a joint that no frame knows gets no votes.
+
+    Args:
+        frames: Training frames; each is read once.
+        config: How it is trained.
+        validation: Frames to learn lambda_j, b_j and the probabilities on; None leaves them at their defaults.
+        n_threads: Threads; the forest is the same to the byte for any number.
+        checkpoint: Keeps finished trees.
+        on_progress: Told the share of the work that is done, 0..1.
+
+    Raises:
+        ValueError: No frames, none that shows a person, or none that knows a joint.
+    """
+    if len(frames) == 0:
+        raise ValueError("there are no training frames")
+    classes = ClassTable.of(frames.labels, config.mode)
+    stored = [checkpoint.load(tree) if checkpoint else None for tree in range(config.n_trees)]
+    trees: list[ForestTree] = []
+    if None in stored:
+        training = _gathered(frames, config, lambda n: on_progress(_GATHER_SHARE * n / len(frames)))
+        wanted = classes.of_label(frames.labels)[training.samples.label]
+    per_tree = (1.0 - _GATHER_SHARE - _TUNE_SHARE) / config.n_trees
+    for tree, kept in enumerate(stored):
+
+        def show(done: float, begun: float = _GATHER_SHARE + per_tree * tree) -> None:
+            on_progress(begun + per_tree * done)
+
+        grown = kept or _train_tree(training, wanted, classes, config, tree, n_threads, show)
+        if checkpoint and kept is None:
+            checkpoint.save(tree, grown)
+        trees.append(grown)
+    model = OARFModel(config, frames.labels, classes, tuple(trees), untuned(frames.labels.n_joints))
+    if validation is not None and len(validation):
+        model = tune(model, validation, n_threads=n_threads)
+    on_progress(1.0)
+    return model
+
+
+def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[int], object]) -> TrainingSet:
+    n_read = 0
+
+    def count() -> None:
+        nonlocal n_read
+        n_read += 1
+        on_frames(n_read)
+
+    layer: Layer = "body" if config.mode == "baseline" else "composite"
+    training = gather(frames, layer, config.n_pixels, config.n_occluder_pixels, config.seed, on_frame=count)
+    if not is_known(training.joints).any():
+        raise ValueError(f"none of the {len(frames)} frames knows a joint")
+    return training
+
+
+def _train_tree(
+    training: TrainingSet,
+    wanted: NDArray[np.uint8],
+    classes: ClassTable,
+    config: OARFConfig,
+    tree: int,
+    n_threads: int,
+    on_share: Callable[[float], object],
+) -> ForestTree:
+    n_samples = len(wanted)
+    n_settled = 0
+
+    def settle(n: int) -> None:
+        nonlocal n_settled
+        n_settled += n
+        on_share(_GROW_SHARE * n_settled / n_samples)
+
+    grown = grow_class_tree(
+        training.crops,
+        training.samples,
+        wanted,
+        classes.n_classes,
+        config.growth,
+        config.seed,
+        tree,
+        n_threads,
+        settle,
+    )
+    rules = LeafRules(
+        classes.n_classes, classes.n_parts, config.leaf_bandwidth_m, config.n_leaf_votes, config.seed, tree
+    )
+    leaves = leaf_table(training, wanted, grown, rules, n_threads)
+    on_share(1.0)
+    return ForestTree(grown.nodes, pack_leaves(leaves))

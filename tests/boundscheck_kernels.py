@@ -1,0 +1,139 @@
+"""Runs the kernels on tiny inputs; numba checks every index if NUMBA_BOUNDSCHECK=1 is set before the start.
+
+Prints the names of what ran. The last one reads out of range on purpose: without the checks, the script fails.
+"""
+
+import numpy as np
+
+from forests.crops import Crops, crop_image
+from forests.frames import Intrinsics, LabelTable
+from forests.growing import GrowthConfig, grow_class_tree, grow_direction_tree
+from forests.oarf.classes import ClassTable
+from forests.oarf.config import OARFConfig
+from forests.oarf.descend import descend, flatten
+from forests.oarf.leaves import LeafRules, leaf_table
+from forests.oarf.model import ForestTree, OARFModel
+from forests.oarf.packed import pack_leaves
+from forests.oarf.predict import Predictor
+from forests.oarf.tune import untuned
+from forests.rwf.clusters import leaf_clusters
+from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.walk import WalkPlan, WalkTables, walk_skeleton
+from forests.samples import Samples, TrainingSet, draw_pixels
+from synth.camera import Camera
+from synth.geometry import LabelledMesh, translation
+from synth.occluders.model import BOX, Solids
+from synth.occluders.solids.distance import nearest_point
+from synth.render.rasterize import Renderer
+
+CAMERA = Intrinsics(40.0, 40.0, 15.5, 11.5)
+LABELS = LabelTable(("upper", "lower"), ("box",), ("neck", "hand"))
+GROWTH = GrowthConfig(max_depth=4, n_candidates=40, min_samples_leaf=3)
+JOINTS = np.array([[[0.0, -0.2, 2.1], [0.2, 0.1, 2.0]]], np.float32)
+
+
+def image() -> tuple[np.ndarray, np.ndarray]:
+    """(24, 32) depth [mm] and labels that touch the image's border; with a hole."""
+    depth, label = np.zeros((24, 32), np.uint16), np.zeros((24, 32), np.uint8)
+    depth[0:20, 4:24], label[0:10, 4:24], label[10:20, 4:24] = 2000, 1, 2
+    depth[14:24, 20:32], label[14:24, 20:32] = 1500, 3
+    depth[5:8, 10:12], label[5:8, 10:12] = 0, 0
+    depth[depth > 0] += np.random.default_rng(0).integers(0, 50, (depth > 0).sum()).astype(np.uint16)
+    return depth, label
+
+
+def learned(crops: Crops) -> TrainingSet:
+    depth, label = image()
+    row, column = draw_pixels(label, LABELS.n_parts, 150, 60, 0, 0).T
+    left, top = crops.origin[0]
+    places = (column - left).astype(np.int16), (row - top).astype(np.int16)
+    return TrainingSet(
+        crops, Samples(np.zeros(len(row), np.int32), *places, depth[row, column], label[row, column]), JOINTS
+    )
+
+
+def regression_forest(training: TrainingSet) -> OARFModel:
+    config = OARFConfig(n_trees=1, n_voting_pixels=60, growth=GROWTH)
+    classes = ClassTable.of(LABELS, config.mode)
+    wanted = classes.of_label(LABELS)[training.samples.label]
+    grown = grow_class_tree(training.crops, training.samples, wanted, classes.n_classes, GROWTH, 0, 0, 1)
+    rules = LeafRules(classes.n_classes, classes.n_parts, 0.05, config.n_leaf_votes, 0, 0, n_drawn=20, n_starts=8)
+    leaves = pack_leaves(leaf_table(training, wanted, grown, rules))
+    return OARFModel(config, LABELS, classes, (ForestTree(grown.nodes, leaves),), untuned(LABELS.n_joints))
+
+
+def predict() -> None:
+    """Growing, leaves, descent, votes and peaks; voters everywhere and in a box over the border."""
+    depth, _ = image()
+    predictor = Predictor(regression_forest(learned(crop_image(depth, CAMERA))))
+    for box in (None, (-5, -5, 200, 12)):
+        assert np.isfinite(predictor.predict(depth, CAMERA, box).joints).all()
+    assert (predictor.label_pixels(depth, CAMERA) > 0).sum() == (depth > 0).sum()
+    assert np.isnan(predictor.predict(np.zeros_like(depth), CAMERA).joints).all()
+
+
+def walk() -> None:
+    """Way points, directions' trees, clusters, and walks that start outside the image too."""
+    depth, _ = image()
+    crops = crop_image(depth, CAMERA)
+    joint, start = np.ascontiguousarray(JOINTS[:, 0]), np.float32([[0.1, 0.1, 2.0]])
+    gate = gate_of(crops, joint, 0.0)
+    points = draw_way_points(crops, joint, start, gate, 80, 0.5, 0.3, 0.1, 0, 0)
+    grown = grow_direction_tree(crops, points.samples, points.directions, GROWTH, 0, 0, 1)
+    direction, share = leaf_clusters(grown, points.directions, 2, 0.5)
+    one = np.ones(1, np.float32)
+    cumulative = share.cumsum(axis=1).astype(np.float32)
+    cumulative[:, -1] = 1.0
+    tables = WalkTables(
+        grown.nodes, np.zeros((1, 1), np.int32), np.full((1, 1), 4, np.int32), direction, cumulative
+    )
+    plan = WalkPlan(np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, one, np.int32([1]), gate[None], 3, 5, 2)
+    joints, spread = np.empty((1, 3), np.float32), np.empty(1, np.float32)
+    intrinsics = np.float32([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
+    for place in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
+        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, joints, spread)
+        assert np.isfinite(joints).all()
+
+
+def render() -> None:
+    """Triangles inside, across every border, and through the near plane."""
+    corners = np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    faces = np.int32([[0, 1, 2], [0, 2, 3]])
+    renderer = Renderer(Camera(20, 16, 15.0, 15.0, 9.5, 7.5))
+    for size, z, is_seen in ((0.2, 2.0, True), (30.0, 2.0, True), (1.0, 0.3, False)):
+        vertices = corners * np.float32(size) + np.float32([0.3, 0.2, z])
+        vertices[0, 2] -= np.float32(0.2)
+        mesh = LabelledMesh(vertices, faces, np.uint8([1, 2]), False)
+        pair = renderer.render(np.eye(4), mesh)
+        assert (pair.body_depth > 0).any() == is_seen
+
+
+def nearest() -> None:
+    """Points in, at and far from a box."""
+    solids = Solids(np.uint8([BOX]), np.eye(4)[None], np.array([[1.0, 1.0, 1.0]]))
+    distance, _ = nearest_point(solids, translation(0.0, 0.0, 1.0), np.random.default_rng(0).normal(size=(50, 3)))
+    assert np.isfinite(distance)
+
+
+def read_out_of_range() -> None:
+    """A root beyond the last node."""
+    depth, _ = image()
+    crops = crop_image(depth, CAMERA)
+    tree = regression_forest(learned(crops)).trees[0]
+    flat = flatten([tree.nodes], [tree.leaves.n_leaves])
+    one, leaves = np.full(1, 9, np.int32), np.empty((1, 1), np.int32)
+    beyond = flat.roots + np.int32(len(flat.nodes))
+    try:
+        descend(
+            crops.pixels, int(crops.width[0]), int(crops.height[0]), one, one, np.float32(40), np.float32(40),
+            flat.nodes, beyond, leaves,
+        )  # fmt: skip
+    except IndexError:
+        return
+    raise AssertionError("an index out of range was not found: is NUMBA_BOUNDSCHECK=1 set?")
+
+
+if __name__ == "__main__":
+    for kernels in (predict, walk, render, nearest, read_out_of_range):
+        kernels()
+        print(kernels.__name__)  # noqa: T201
