@@ -205,7 +205,7 @@ def _exported(table, kind: str) -> bytes:  # type: ignore[no-untyped-def] # of t
 URDF = """<?xml version="1.0"?>
 <robot name="table">
   <link name="base">
-    <visual><origin xyz="0 0 0" rpy="0 0 0"/><geometry><mesh filename="parts/top.stl" scale="1 1 1"/></geometry></visual>
+    <visual><geometry><mesh filename="parts/top.stl" scale="1 1 1"/></geometry></visual>
   </link>
   <link name="drawer">
     <visual><origin xyz="0 0 0.5"/><geometry><box size="0.4 0.3 0.1"/></geometry></visual>
