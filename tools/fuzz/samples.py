@@ -77,12 +77,15 @@ def model(folder: Path, kind: str) -> Path:
     return out
 
 
+def ablation_settings() -> str:
+    """Settings of a tiny ablation."""
+    few = "n_pixels = 60\nn_occluder_pixels = 60\nn_voting_pixels = 50\n"
+    return SETTINGS["ablate"].replace("growth = {", few + "growth = {")
+
+
 def ablation(folder: Path) -> Path:
     """The folder of a tiny ablation."""
-    text = SETTINGS["ablate"].replace(
-        "growth = {", "n_pixels = 60\nn_occluder_pixels = 60\nn_voting_pixels = 50\ngrowth = {"
-    )
-    (folder / "ablate.toml").write_text(text)
+    (folder / "ablate.toml").write_text(ablation_settings())
     run(
         "ablate",
         "--size",
