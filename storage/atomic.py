@@ -88,7 +88,7 @@ def _unfinished(path: Path) -> Iterator[BinaryIO]:
     with _naming(path):
         file = beside.open("wb")
     try:
-        with file:
+        with _naming(path), file:  # closing writes too
             yield file
     except BaseException:
         beside.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.export.hdf5file import writing_hdf5
 from pipelines.export.records import ExportJob
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
@@ -47,14 +48,12 @@ SEGMENT_OF_PART = np.array([BACKGROUND, *(_segment_of(part) for part in PART_NAM
 
 def export_itop(job: ExportJob) -> None:
     """Writes SPLIT_depth_map.h5 and SPLIT_labels.h5."""
-    import h5py
-
     header = job.corpus.header
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})
     with (
-        h5py.File(job.folder / f"{job.split}_depth_map.h5", "w") as maps,
-        h5py.File(job.folder / f"{job.split}_labels.h5", "w") as labels,
+        writing_hdf5(job.folder / f"{job.split}_depth_map.h5") as maps,
+        writing_hdf5(job.folder / f"{job.split}_labels.h5") as labels,
     ):
         for file in (maps, labels):
             _describe(file, job, subjects)
