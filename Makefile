@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 UV ?= $(BIN)/uv
 
-.PHONY: demo test test-fast lint format types contracts check bench lock lowest clean
+.PHONY: fuzz kill demo test test-fast lint format types contracts check bench lock lowest clean
 
 # make demo REAL=path [LAYOUT=name|file.toml] [CAMERA=preset [FAR=metres]]: skeletons on a folder of recorded depth too.
 # The recipe's shell takes the words from its environment, so that a path may hold spaces.
@@ -35,6 +35,14 @@ check: lint format types contracts test
 
 bench: $(VENV)/.installed-dev
 	for file in benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+# make fuzz [N=3000]: damages samples of every format and reads them; make kill [N=100]: kills commands and goes on.
+# Minutes each, and not a part of CI.
+fuzz: $(VENV)/.installed-dev
+	$(BIN)/python -m tools.fuzz $(if $(N),-n $(N))
+
+kill: $(VENV)/.installed-dev
+	$(BIN)/python -m tools.kill $(if $(N),-n $(N))
 
 # Debian splits ensurepip off python3 into python3-venv; where it is missing and we may, we add it.
 $(VENV)/bin/pip:

@@ -1,6 +1,7 @@
 """The command `undergrowth`: picks a subcommand, reads its settings, turns user errors into one line."""
 
 import importlib
+import io
 import logging
 import os
 import sys
@@ -80,6 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0, 1 for a user error, 2 for a wrong command line, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    _print_any_name()
     if not words or words[0] in ("-h", "--help"):
         print(usage())
         return 0 if words else 2
@@ -96,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(name: str, words: list[str]) -> int:
     """Runs a known command; what the user can mend becomes one line."""
     from pipelines.compiling import compiling_announced
-    from pipelines.errors import UserError
+    from pipelines.errors import UserError, in_words
 
     try:
         with compiling_announced():
@@ -106,9 +108,18 @@ def _run(name: str, words: list[str]) -> int:
         return 130
     except BrokenPipeError:
         return 1
-    except (UserError, OSError) as error:
-        print(f"undergrowth: error: {error}", file=sys.stderr)
-        return 1
+    except UserError as error:
+        return _failed(str(error))
+    except OSError as error:
+        return _failed(in_words(error))
+    except MemoryError:
+        return _failed("there is not enough memory; close other programs, or use fewer threads or smaller images")
+
+
+def _failed(sentence: str) -> int:
+    """Prints an error as one line and gives the exit code."""
+    print(f"undergrowth: error: {' '.join(sentence.splitlines())}", file=sys.stderr)
+    return 1
 
 
 def _settings(name: str, words: list[str]) -> Runnable:
@@ -135,6 +146,24 @@ def _config_path(words: list[str]) -> Path | None:
     return None
 
 
+def _print_any_name() -> None:
+    """Lets names of files that are no text be printed: what no character stands for appears as its code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+class _StdoutHandler(logging.StreamHandler):
+    """Prints to standard output; where that cannot be written, the command ends."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - logging's own name
+        """Lets an error of the stream through, with its name."""
+        error = sys.exception()
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, "standard output") from error
+        super().handleError(record)
+
+
 def _one_thread_for_small_matrices() -> None:
     """Keeps BLAS to one thread: our matrices are small, and threads would take the cores of the workers."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -142,7 +171,7 @@ def _one_thread_for_small_matrices() -> None:
 
 
 def _log_to_stdout() -> None:
-    handler = logging.StreamHandler(sys.stdout)
+    handler = _StdoutHandler(sys.stdout)
     handler.setFormatter(logging.Formatter("%(message)s"))
     package = logging.getLogger("pipelines")
     package.handlers[:] = [handler]

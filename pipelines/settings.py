@@ -23,7 +23,7 @@ def read_toml(path: Path) -> dict:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"{path} is not valid TOML: {error}") from None
 
 
@@ -103,13 +103,20 @@ def _converted_tuple(kinds: tuple, value: list, where: str) -> tuple:
 
 def _converted_plain(kind: object, value: object, where: str) -> object:
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+        return _as_float(value, where)
     if kind is Path and isinstance(value, str):
         return Path(value)
     if isinstance(kind, type) and isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
     name = kind.__name__ if isinstance(kind, type) else str(kind)
-    raise UserError(f"{where}={value!r} must be {name}, not {type(value).__name__}")
+    raise UserError(f"{where}={value!r:.60} must be {name}, not {type(value).__name__}")
+
+
+def _as_float(value: int, where: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise UserError(f"{where} is a number of more than 300 digits") from None
 
 
 def _first_that_fits(kinds: tuple, value: object, where: str) -> object:

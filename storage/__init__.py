@@ -1,1 +1,1 @@
-"""What synth, forests and pipelines share, below all of them: atomic writing, digested files, and lazy exports."""
+"""What synth, forests and pipelines share, below all: atomic writing, digested files, ranges, lazy exports."""

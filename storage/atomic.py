@@ -64,6 +64,18 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     _sync_folders([path])
 
 
+def append(path: Path, text: str) -> None:
+    """Adds text to the end of a file, which may be missing; it is on the disk when this returns.
+
+    Raises:
+        OSError: It cannot be written; names the path.
+    """
+    with _naming(path), path.open("ab") as file:
+        file.write(_bytes(text))
+        file.flush()
+        os.fsync(file.fileno())
+
+
 def is_unfinished(path: Path, finished: str) -> bool:
     """Whether a file is what a killed process left of the file of that name."""
     return path.name.startswith(finished + ".") and path.name.endswith(TEMPORARY_SUFFIX)
@@ -76,7 +88,7 @@ def _unfinished(path: Path) -> Iterator[BinaryIO]:
     with _naming(path):
         file = beside.open("wb")
     try:
-        with file:
+        with _naming(path), file:  # closing writes too
             yield file
     except BaseException:
         beside.unlink(missing_ok=True)
@@ -84,7 +96,8 @@ def _unfinished(path: Path) -> Iterator[BinaryIO]:
 
 
 def _bytes(content: bytes | str) -> bytes:
-    return content.encode() if isinstance(content, str) else content
+    """Text as UTF-8; what of a file's name is no text is written as its code."""
+    return content.encode(errors="backslashreplace") if isinstance(content, str) else content
 
 
 def _finish(path: Path) -> None:

@@ -5,6 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+MAX_SIDE = 8192
+"""Of an image [px]."""
+MAX_PIXELS = 10**6
+"""Of focal lengths and principal points [px]."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -31,10 +36,14 @@ class Camera:
     name: str = "custom"
 
     def __post_init__(self) -> None:
-        if not (1 <= self.width <= 8192 and 1 <= self.height <= 8192):
-            raise ValueError(f"camera size {self.width}x{self.height} must be in 1..8192 pixels a side")
-        if not (self.fx > 0 and self.fy > 0):
-            raise ValueError(f"focal lengths fx={self.fx}, fy={self.fy} must be positive")
+        if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
+            raise ValueError(f"camera size {self.width}x{self.height} must be in 1..{MAX_SIDE} pixels a side")
+        if not (0 < self.fx <= MAX_PIXELS and 0 < self.fy <= MAX_PIXELS):
+            raise ValueError(
+                f"focal lengths fx={self.fx}, fy={self.fy} must be positive and at most {MAX_PIXELS} px"
+            )
+        if not (abs(self.cx) <= MAX_PIXELS and abs(self.cy) <= MAX_PIXELS):
+            raise ValueError(f"principal point cx={self.cx}, cy={self.cy} must be within {MAX_PIXELS} px")
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
         """Projects camera-frame points to pixels.

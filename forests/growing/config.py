@@ -1,7 +1,8 @@
 """How a tree is grown."""
 
-import math
 from dataclasses import dataclass
+
+from storage.ranges import check_fields
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,9 @@ class GrowthConfig:
     max_offset_m: float = 0.6
 
     def __post_init__(self) -> None:
-        for name, (least, most) in _RANGES.items():
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise ValueError(f"{name}={value} must be in {least}..{most}")
-        if not (math.isfinite(self.max_offset_m) and 0.0 < self.max_offset_m <= 10.0):
-            raise ValueError(f"max_offset_m={self.max_offset_m} must be above 0 and at most 10 m")
+        check_fields(self, _RANGES)
+        if not self.max_offset_m > 0.0:
+            raise ValueError(f"max_offset_m={self.max_offset_m} must be above 0")
 
 
 _RANGES = {
@@ -53,5 +51,6 @@ _RANGES = {
     "n_racing_samples": (2, 2**24),
     "n_finalists": (1, 2**20),
     "min_samples_leaf": (1, 2**31 - 1),
+    "max_offset_m": (0.0, 10.0),
 }
 """A node at depth 60 still has a number in the full binary tree that fits into int64."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from forests.growing import GrowthConfig
+from storage.ranges import MAX_SEED, check_fields
 
 Mode = Literal["baseline", "occluders", "semantic"]
 """baseline: learned from bodies alone (Girshick et al. 2011). occluders: objects' pixels are one class.
@@ -39,12 +40,15 @@ class OARFConfig:
     def __post_init__(self) -> None:
         if self.mode not in get_args(Mode):
             raise ValueError(f"mode {self.mode!r} is unknown; known are {', '.join(get_args(Mode))}")
-        for name, least in _LEAST.items():
-            value = getattr(self, name)
-            if value < least:
-                raise ValueError(f"{name}={value} must be at least {least}")
-        if not 0.001 <= self.leaf_bandwidth_m <= 1.0:
-            raise ValueError(f"leaf_bandwidth_m={self.leaf_bandwidth_m} must be in 0.001..1 m")
+        check_fields(self, _RANGES)
 
 
-_LEAST = {"n_trees": 1, "seed": 0, "n_pixels": 1, "n_occluder_pixels": 0, "n_leaf_votes": 1, "n_voting_pixels": 1}
+_RANGES = {
+    "n_trees": (1, 1000),
+    "seed": (0, MAX_SEED),
+    "n_pixels": (1, 2**24),
+    "n_occluder_pixels": (0, 2**24),
+    "leaf_bandwidth_m": (0.001, 1.0),
+    "n_leaf_votes": (1, 100),
+    "n_voting_pixels": (1, 2**24),
+}

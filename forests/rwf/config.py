@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from forests.growing import GrowthConfig
 from forests.samples import Layer
+from storage.ranges import MAX_SEED, check_fields
 
 SKELETON: tuple[tuple[str, str], ...] = (
     ("neck", ""),
@@ -95,23 +96,34 @@ class RWFConfig:
     )
 
     def __post_init__(self) -> None:
-        for name in ("n_trees", "n_points", "n_clusters", "n_walks", "n_steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name}={getattr(self, name)} must be at least 1")
-        for name in ("reach_m", "cluster_bandwidth", "step_m"):
+        check_fields(self, _RANGES)
+        for name in ("reach_m", "cluster_bandwidth", "step_m", "decay"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} must be above 0")
         if not self.ways_m or not min(self.ways_m) > 0:
             raise ValueError(f"ways_m={self.ways_m} must be one or more lengths above 0 m")
         for name in ("gate_share", "limb_share"):
-            if not 0 <= getattr(self, name) < 0.5:
+            if not getattr(self, name) < 0.5:
                 raise ValueError(f"{name}={getattr(self, name)} must be in [0, 0.5)")
-        if not 0 <= self.near_share <= 1:
-            raise ValueError(f"near_share={self.near_share} must be in [0, 1]")
-        if not 0 < self.decay <= 1:
-            raise ValueError(f"decay={self.decay} must be in (0, 1]")
-        for name in ("start_noise_m", "box_noise_m"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name}={getattr(self, name)} must not be below 0")
         if not 0 <= self.n_arriving < self.n_steps:
             raise ValueError(f"n_arriving={self.n_arriving} must be in [0, n_steps={self.n_steps})")
+
+
+_RANGES = {
+    "n_trees": (1, 1000),
+    "seed": (0, MAX_SEED),
+    "n_points": (1, 2**24),
+    "near_share": (0.0, 1.0),
+    "reach_m": (0.0, 10.0),
+    "start_noise_m": (0.0, 10.0),
+    "box_noise_m": (0.0, 10.0),
+    "gate_share": (0.0, 0.5),
+    "n_clusters": (1, 1000),
+    "cluster_bandwidth": (0.0, 10.0),
+    "n_walks": (1, 10_000),
+    "n_steps": (1, 10_000),
+    "step_m": (0.0, 10.0),
+    "decay": (0.0, 1.0),
+    "ways_m": (0.0, 100.0),
+    "limb_share": (0.0, 0.5),
+}

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 from pipelines.errors import UserError
 from pipelines.models.kinds import KINDS, VARIANTS, ModelConfig
 from pipelines.settings import from_table, read_toml
+from storage.ranges import MAX_FRAMES, MAX_SEED, check_fields, check_number
 from synth.render.sensors import SENSOR_NAMES
 from synth.scene import SceneConfig
 from synth.vocabulary import OCCLUDER_CLASSES
@@ -48,9 +49,8 @@ class CorpusConfig:
     scene: SceneConfig = field(default_factory=SceneConfig)
 
     def __post_init__(self) -> None:
-        for name in ("train_frames", "val_frames", "test_frames"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name}={getattr(self, name)} must be at least 1")
+        check_fields(self, dict.fromkeys(("train_frames", "val_frames", "test_frames"), (1, MAX_FRAMES // 3)))
+        check_fields(self, {"seed": (0, MAX_SEED)})
 
 
 @dataclass(frozen=True)
@@ -95,10 +95,8 @@ class AblationConfig:
     def __post_init__(self) -> None:
         _check_names("n_seeds", tuple(self.n_seeds), tuple(KINDS))
         for name, count in self.n_seeds.items():
-            _check_range(f"n_seeds.{name}", count, 1)
-        for name in ("n_question_seeds", "n_resamples"):
-            _check_range(name, getattr(self, name), 1)
-        _check_range("n_question_seeds", self.n_question_seeds, 1, self.n_seeds["oarf"])
+            check_number(f"n_seeds.{name}", count, 1, 1000)
+        check_fields(self, {"n_resamples": (1, 10**6), "n_question_seeds": (1, self.n_seeds["oarf"])})
         _check_names("rows", self.rows, ROWS)
         _check_names("questions", self.questions, get_args(Question), least=0)
         _check_names("noisy_sensor", (self.noisy_sensor,), SENSOR_NAMES)
@@ -108,10 +106,9 @@ class AblationConfig:
         for question, name, most in (
             ("frames", "frame_counts", self.corpus.train_frames),
             ("trees", "tree_counts", self.regression_forest.n_trees),
-            ("pixels", "pixel_counts", None),
+            ("pixels", "pixel_counts", 2**24),
         ):
-            for count in getattr(self, name) if question in self.questions else ():
-                _check_range(name, count, 1, most)
+            check_fields(self, {name: (1, most if question in self.questions else MAX_FRAMES)})
 
     def plain(self) -> dict[str, Any]:
         """The settings by name as a file has them: those of each kind of model in a table of its own."""
@@ -179,12 +176,6 @@ def merged(table: Mapping[str, object], over: Mapping[str, object]) -> dict[str,
         both = isinstance(below, Mapping) and isinstance(value, Mapping)
         out[key] = merged(below, value) if both else value  # type: ignore[arg-type]
     return out
-
-
-def _check_range(name: str, value: int, least: int, most: int | None = None) -> None:
-    if value < least or (most is not None and value > most):
-        allowed = f"at least {least}" if most is None else f"in {least}..{most}"
-        raise ValueError(f"{name}={value} must be {allowed}")
 
 
 def _check_names(name: str, given: tuple[str, ...], known: tuple[str, ...], least: int = 1) -> None:

@@ -8,7 +8,10 @@ from pathlib import Path
 
 from pipelines.ablate.ablation import run_ablation, usable_cores
 from pipelines.ablate.config import Question, Size, asked, load_config
+from pipelines.ablate.schema import DOCUMENT_NAME
 from pipelines.ablate.terminal import table_lines
+from pipelines.targets import check_folder
+from storage.ranges import MAX_THREADS, check_fields
 
 log = logging.getLogger(__name__)
 
@@ -41,11 +44,11 @@ class AblateSettings:
     json: bool = False
 
     def __post_init__(self) -> None:
-        if self.threads < 1:
-            raise ValueError(f"threads={self.threads} must be at least 1")
+        check_fields(self, {"threads": (1, MAX_THREADS)})
 
     def run(self) -> int:
         """Runs the ablation and prints its table."""
+        check_folder(self.out, [DOCUMENT_NAME])
         config = load_config(self.size, self.config)
         config = asked(config, self.questions, self.poses, self.objects)
         document = run_ablation(config, self.out, self.threads)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from pipelines.ablate.ablation import run_ablation, usable_cores
 from pipelines.ablate.config import Size, load_config
+from pipelines.ablate.schema import DOCUMENT_NAME
 from pipelines.ablate.terminal import table_lines
-from pipelines.inspect.write import write_inspection
+from pipelines.inspect.write import PAGE_NAMES, write_inspection
 from pipelines.predicting.images import layout_requests, recording_layout
 from pipelines.predicting.recording import N_ASKED, Folder, Recording
 from pipelines.predicting.sequence import SHEET_NAME, PredictionOptions, PredictionRun
@@ -19,6 +20,8 @@ from pipelines.report.models import first_models
 from pipelines.report.source import Source, read_source
 from pipelines.report.write import recordings_of, write_report
 from pipelines.spread import first_to_last
+from pipelines.targets import check_folder
+from storage.ranges import MAX_THREADS, check_fields
 
 log = logging.getLogger(__name__)
 
@@ -51,8 +54,7 @@ class DemoSettings:
     far: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.far < 0.0:
-            raise ValueError(f"far={self.far} must be positive, or 0 to keep all depth")
+        check_fields(self, {"threads": (1, MAX_THREADS), "far": (0.0, 1000.0)})
         if self.real is None and (self.layout or self.camera):
             raise ValueError("--layout and --camera describe a folder of recordings; give the folder with --real")
         if self.far and not self.camera:
@@ -60,8 +62,11 @@ class DemoSettings:
 
     def run(self) -> int:
         """Runs all steps; ends with the table and the report's path."""
-        folder = None if self.real is None else self._folder(self.real)
         results = self.out / "ablation"
+        check_folder(results, [DOCUMENT_NAME])
+        check_folder(self.out, ["report.html"])
+        check_folder(self.out / "inspect", PAGE_NAMES)
+        folder = None if self.real is None else self._folder(self.real)
         document = run_ablation(load_config(self.size, self.config), results, self.threads)
         source = read_source(results)
         recordings = recordings_of(source, [folder] if folder else [])

@@ -14,9 +14,19 @@ from pipelines.corpus import Corpus
 from pipelines.metrics import N_RESAMPLES
 from pipelines.metrics.document import table_lines
 from pipelines.metrics.offsets import AXES
+from pipelines.metrics.results import is_results
 from pipelines.models.opening import open_model
 from pipelines.models.scoring import Scoring, score_model
+from pipelines.targets import check_file
+from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
 
+_RANGES = {
+    "limit": (0, MAX_FRAMES),
+    "joint_offsets": (0, MAX_FRAMES),
+    "threads": (1, MAX_THREADS),
+    "resamples": (1, 10**6),
+    "seed": (0, MAX_SEED),
+}
 log = logging.getLogger(__name__)
 
 
@@ -56,9 +66,7 @@ class EvaluateSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, least in {"limit": 0, "joint_offsets": 0, "threads": 1, "resamples": 1, "seed": 0}.items():
-            if getattr(self, name) < least:
-                raise ValueError(f"{name}={getattr(self, name)} must be at least {least}")
+        check_fields(self, _RANGES)
 
     def run(self) -> int:
         """Scores the model and prints."""
@@ -77,8 +85,11 @@ class EvaluateSettings:
         """All scores as JSON values; writes the rows if asked.
 
         Raises:
-            UserError: The model, corpus, split or sensor does not exist or is damaged, or no frames are left.
+            UserError: The model, corpus, split or sensor does not exist or is damaged, no frames are left, or the
+                rows would replace a file of others.
         """
+        if self.rows is not None:
+            check_file(self.rows, is_results)
         contestant, about = open_model(self.model)
         scoring = Scoring(
             self.split, self.sensor, self.limit, self.joint_offsets, self.pixels, self.resamples, self.seed

@@ -14,12 +14,18 @@ from pipelines.generation.drawn import drawn_order
 from pipelines.generation.libraries import LibraryUse
 from pipelines.generation.writing import write_shown
 from pipelines.settings import defaults_from
+from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
 from synth.scene import FrameSource, SceneConfig
 from synth.scene.composed import ComposeConfig
 
 log = logging.getLogger(__name__)
 
 DEFAULT_FRAMES = 1000
+_RANGES = {
+    "frames": (1, MAX_FRAMES),
+    "seed": (0, MAX_SEED),
+    "workers": (1, MAX_THREADS),
+}
 Splits = tuple[Literal["train", "val", "test"], ...]
 
 
@@ -61,6 +67,9 @@ class GenerateSettings:
     into: Path | None = None
     compose: ComposeConfig = field(default_factory=ComposeConfig)
     scene: SceneConfig = field(default_factory=SceneConfig)
+
+    def __post_init__(self) -> None:
+        check_fields(self, _RANGES)
 
     @classmethod
     def from_toml(cls, path: Path) -> Self:

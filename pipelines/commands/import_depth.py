@@ -15,6 +15,7 @@ from pipelines.importing.depth import parse_shares, recorded_order
 from pipelines.recordings.choosing import choose_layout
 from pipelines.recordings.entries import SMALLEST_BLOB
 from pipelines.recordings.frames import Options, RecordedFrames
+from storage.ranges import MAX_FRAMES, MAX_THREADS, check_fields
 
 log = logging.getLogger(__name__)
 
@@ -50,8 +51,7 @@ class DepthSettings:
     workers: int = 1
 
     def __post_init__(self) -> None:
-        if self.every < 1:
-            raise ValueError(f"every={self.every} must be at least 1")
+        check_fields(self, {"every": (1, MAX_FRAMES), "workers": (1, MAX_THREADS)})
         if not 0.0 <= self.smallest_blob < 1.0:
             raise ValueError(f"smallest_blob={self.smallest_blob} must be at least 0 and less than 1")
 

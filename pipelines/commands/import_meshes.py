@@ -9,8 +9,10 @@ import tyro
 
 from pipelines.importing.meshes import MeshOptions, import_meshes, read_index
 from pipelines.importing.splits import SplitRule
+from pipelines.targets import check_file
+from storage.ranges import MAX_SEED, check_fields
 from synth.occluders.imported.model import Hints
-from synth.occluders.meshlib import MeshLibrary, write_library
+from synth.occluders.meshlib import MeshLibrary, read_library, write_library
 from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
@@ -36,6 +38,7 @@ class MeshSettings:
         val: Names or patterns for the val split.
         test: Names or patterns for the test split; '*' puts all models there.
         seed: Seed that distributes the models that no list names, and sets the joints of URDF files.
+        overwrite: Replace an existing library.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -49,9 +52,14 @@ class MeshSettings:
     val: tuple[str, ...] = ()
     test: tuple[str, ...] = ()
     seed: int = 0
+    overwrite: bool = False
+
+    def __post_init__(self) -> None:
+        check_fields(self, {"seed": (0, MAX_SEED)})
 
     def run(self) -> int:
         """Imports, tells what became of every file."""
+        check_file(self.out, read_library, self.overwrite)
         library = self.library()
         write_library(self.out, library)
         for split in SPLITS:

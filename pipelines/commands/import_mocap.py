@@ -10,7 +10,9 @@ import tyro
 from pipelines.importing.mocap import MocapOptions, import_mocap, read_mapping
 from pipelines.importing.splits import SplitRule
 from pipelines.importing.subjects import SubjectFrom
-from synth.bodies.poses.library import PoseLibrary, write_library
+from pipelines.targets import check_file
+from storage.ranges import MAX_SEED, check_fields
+from synth.bodies.poses.library import PoseLibrary, read_library, write_library
 from synth.vocabulary import SPLITS
 
 log = logging.getLogger(__name__)
@@ -36,6 +38,7 @@ class MocapSettings:
         val: Subjects or patterns for the val split.
         test: Subjects or patterns for the test split; '*' puts all subjects there.
         seed: Seed that distributes the subjects that no list names.
+        overwrite: Replace an existing library.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -47,9 +50,14 @@ class MocapSettings:
     val: tuple[str, ...] = ()
     test: tuple[str, ...] = ()
     seed: int = 0
+    overwrite: bool = False
+
+    def __post_init__(self) -> None:
+        check_fields(self, {"seed": (0, MAX_SEED)})
 
     def run(self) -> int:
         """Imports, tells what became of every file."""
+        check_file(self.out, read_library, self.overwrite)
         library = self.library()
         write_library(self.out, library)
         for split in SPLITS:

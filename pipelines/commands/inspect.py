@@ -9,6 +9,7 @@ import tyro
 
 from pipelines.corpus import Corpus
 from pipelines.inspect.write import write_inspection
+from storage.ranges import MAX_FRAMES, check_fields
 
 log = logging.getLogger(__name__)
 
@@ -33,6 +34,9 @@ class InspectSettings:
     sensor: str | None = None
     zoom: float = 1.45
     allow_incomplete: bool = False
+
+    def __post_init__(self) -> None:
+        check_fields(self, {"frames": (1, MAX_FRAMES), "zoom": (0.0, 100.0)})
 
     def run(self) -> int:
         """Writes the pictures and tells where."""

@@ -2,6 +2,7 @@
 
 import logging
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,9 @@ from pipelines.models.opening import open_model
 from pipelines.predicting.images import Request, corpus_requests, recorded_requests
 from pipelines.predicting.sequence import LINES_NAME, SHEET_NAME, PredictionOptions, PredictionRun
 from pipelines.recordings.plain import GivenCamera
+from pipelines.targets import check_folder
+from storage.ranges import MAX_FRAMES, check_fields
+from synth.camera import MAX_PIXELS
 
 log = logging.getLogger(__name__)
 
@@ -68,10 +72,8 @@ class PredictSettings:
             raise ValueError(f"near={self.near} and far={self.far} must be 0 <= near < far [m]")
         if self.box is not None and not (self.box[0] < self.box[2] and self.box[1] < self.box[3]):
             raise ValueError(f"box={self.box} must be left top right bottom, left < right, top < bottom")
-        if self.every < 1:
-            raise ValueError(f"every={self.every} must be at least 1")
-        if not 0.0 < self.fps < math.inf:
-            raise ValueError(f"fps={self.fps} must be above 0")
+        check_fields(self, {"every": (1, MAX_FRAMES), "frame": (0, MAX_FRAMES), "fps": (0.001, 1e6)})
+        check_fields(self, {"box": (-MAX_PIXELS, MAX_PIXELS)})
 
     def run(self) -> int:
         """Asks the model about every image.
@@ -81,8 +83,9 @@ class PredictSettings:
         """
         self._check_inputs()
         contestant, about = open_model(self.model)
-        self.out.mkdir(parents=True, exist_ok=True)
         requests = self._requests()
+        check_folder(self.out, self._names(requests))
+        self.out.mkdir(parents=True, exist_ok=True)
         options = PredictionOptions(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
         run = PredictionRun(contestant, about, options, self.out)
         if len(requests) == 1:
@@ -106,6 +109,12 @@ class PredictSettings:
             return
         if self.frame or self.sensor:
             raise UserError("--frame and --sensor need --corpus DIR")
+
+    def _names(self, requests: Sequence[Request]) -> list[str]:
+        """Names of the files that will be written."""
+        endings = (".json", ".overlay.png") if self.pictures else (".json",)
+        of_all = [LINES_NAME, SHEET_NAME] if len(requests) > 1 else []
+        return of_all + [request.name + ending for request in requests for ending in endings]
 
     def _requests(self) -> list[Request]:
         """All images that are asked about, not read yet."""

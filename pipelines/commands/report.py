@@ -12,6 +12,7 @@ from pipelines.predicting.recording import Folder
 from pipelines.recordings.plain import GivenCamera
 from pipelines.report.source import read_source
 from pipelines.report.write import recordings_of, write_report
+from pipelines.targets import check_ours, check_place
 
 log = logging.getLogger(__name__)
 
@@ -40,6 +41,9 @@ class ReportSettings:
     def run(self) -> int:
         """Writes the page and tells where."""
         out = self.out or self.folder / "report.html"
+        if self.out is not None:
+            check_place(out)
+        check_ours(out, ".html")
         camera = GivenCamera(self.camera) if self.camera else None
         folders = [Folder(path, *recording_layout(path, self.layout, camera)) for path in self.recorded]
         source = read_source(self.folder, self.corpus)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from forests.calibration import WITHIN_M
 from forests.estimate import JointPredictor
+from forests.modelfile import read_model
 from forests.records import to_json
 from pipelines.corpus.header import software_versions
 from pipelines.corpus.joined import JoinedFrames, digests_of, open_corpora, sensors_of
@@ -21,10 +22,12 @@ from pipelines.errors import UserError
 from pipelines.metrics import errors, read_truths
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.kinds import KINDS, ModelKind
-from pipelines.models.training import check_target, n_finished_trees, partial_folder, train_into
+from pipelines.models.training import n_finished_trees, partial_folder, train_into
 from pipelines.progress import Progress
 from pipelines.settings import defaults_from
 from pipelines.spread import at_most
+from pipelines.targets import check_file
+from storage.ranges import MAX_FRAMES, MAX_THREADS, check_fields
 from synth.vocabulary import JointState
 
 log = logging.getLogger(__name__)
@@ -58,9 +61,7 @@ class TrainSettings:
     def __post_init__(self) -> None:
         if not self.corpora:
             raise ValueError("corpora: give at least one folder")
-        for name, least in {"max_frames": 0, "threads": 1}.items():
-            if getattr(self, name) < least:
-                raise ValueError(f"{name}={getattr(self, name)} must be at least {least}")
+        check_fields(self, {"max_frames": (0, MAX_FRAMES), "threads": (1, MAX_THREADS)})
 
     @classmethod
     def from_toml(cls, path: Path) -> Self:
@@ -74,7 +75,7 @@ class TrainSettings:
 
     def run(self) -> int:
         """Trains the model and writes it."""
-        check_target(self.out, self.overwrite)
+        check_file(self.out, read_model, self.overwrite)
         corpora = open_corpora(self.corpora)
         frames, validation = (self._frames(corpora, split) for split in ("train", "val"))
         for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.kind, self.model)):

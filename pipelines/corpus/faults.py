@@ -40,7 +40,7 @@ def _metadata_faults(corpus: Corpus) -> Iterator[str]:
     for item in corpus.header.fields.values():
         expected[root / item.name / "zarr.json"] = shards.array_metadata(item, corpus.header.n_frames)
     for path, text in expected.items():
-        if not path.exists() or path.read_bytes() != text.encode():
+        if not path.is_file() or path.read_bytes() != text.encode():
             yield f"{path} is missing or damaged"
 
 
@@ -48,12 +48,17 @@ def shard_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
     """Files of a shard whose bytes are not those of the manifest, with the frames that are hit."""
     for name, path in shard_files(corpus.path, corpus.header, line.shard).items():
         frames = f"frames {line.first}..{line.first + line.n_frames - 1}"
-        if not path.exists():
+        if not path.is_file():
             yield f"shard {line.shard} ({frames}): {path} is missing"
-        elif hashlib.sha256(path.read_bytes()).hexdigest() != line.sha256[name]:
+            continue
+        data = path.read_bytes()
+        if hashlib.sha256(data).hexdigest() != line.sha256[name]:
             hit = _damaged_frames(corpus, line, name)
             which = f"frame {', '.join(map(str, hit))}" if hit else frames
             yield f"shard {line.shard} ({which}): {path} is damaged: its digest differs from the manifest"
+        elif len(data) != line.n_bytes[name]:
+            told = f"the manifest says {line.n_bytes[name]} bytes, it holds {len(data)}"
+            yield f"shard {line.shard} ({frames}): the manifest is damaged: {told} ({path})"
     yield from _record_faults(corpus, line)
 
 

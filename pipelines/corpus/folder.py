@@ -15,6 +15,7 @@ from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
+from storage.ranges import MAX_FRAMES, MAX_SEED, check_number
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
@@ -38,10 +39,11 @@ class Order(Generic[SourceT_co]):
     angles: Angles = ()
 
     def __post_init__(self) -> None:
-        if self.n_frames < 1:
-            raise UserError(f"n_frames={self.n_frames} must be at least 1")
-        if not 0 <= self.seed < 2**63:
-            raise UserError(f"seed={self.seed} must be in 0..2^63-1")
+        try:
+            check_number("n_frames", self.n_frames, 1, MAX_FRAMES)
+            check_number("seed", self.seed, 0, MAX_SEED)
+        except ValueError as error:
+            raise UserError(str(error)) from None
 
 
 @contextlib.contextmanager
@@ -49,7 +51,7 @@ def locked_folder(root: Path) -> Iterator[None]:
     """Holds the folder against a second writer; the lock goes with the process.
 
     Raises:
-        UserError: Another process writes there.
+        UserError: Another process writes there, or has just renamed the folder.
     """
     handle = os.open(root, os.O_RDONLY)
     try:
@@ -57,6 +59,8 @@ def locked_folder(root: Path) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise UserError(f"{root} is being written by another command") from None
+        if not root.exists() or not os.path.samestat(os.fstat(handle), root.stat()):
+            raise UserError(f"{root} has just been written by another command")
         yield
     finally:
         os.close(handle)
@@ -114,7 +118,7 @@ def _write_array_metadata(root: Path, header: Header) -> None:
 def finished_shards(root: Path, header: Header) -> dict[int, ShardLine]:
     """Shards that the manifest names and whose files are all there at full length; clears what else lies about."""
     lines = {}
-    for shard, line in read_manifest(root).items():
+    for shard, line in read_manifest(root, header).items():
         if all(
             path.is_file() and path.stat().st_size == line.n_bytes[name]
             for name, path in shard_files(root, header, shard).items()

@@ -1,6 +1,7 @@
 """FrameInfo as JSON lines: one file a shard, one line a frame."""
 
 import json
+import math
 from pathlib import Path
 
 from pipelines.corpus.header import plain_json
@@ -24,7 +25,11 @@ def info_line(frame: Frame) -> str:
 
 
 def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
-    """Undoes `info_line`: the record and the camera's name."""
+    """Undoes `info_line`: the record and the camera's name.
+
+    Raises:
+        ValueError, KeyError, TypeError, AttributeError, RecursionError: It is no record.
+    """
     values = json.loads(line)
     camera = values.pop("camera")
     objects = tuple(
@@ -33,7 +38,36 @@ def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
         )
         for item in values.pop("objects")
     )
-    return FrameInfo(seed=seed, objects=objects, **values), camera
+    info = FrameInfo(seed=seed, objects=objects, **values)
+    if not isinstance(camera, str) or not _is_record(info) or not all(map(_is_object, objects)):
+        raise ValueError("a value is of the wrong type")
+    return info, camera
+
+
+def _is_record(info: FrameInfo) -> bool:
+    names = (info.split, info.subject_id, info.scene_family, info.pose_family, info.pose_id)
+    return (
+        all(isinstance(name, str) for name in names)
+        and isinstance(info.index, int)
+        and isinstance(info.subject, dict)
+        and _is_number(info.visible_fraction)
+    )
+
+
+def _is_object(item: ObjectRecord) -> bool:
+    rows = item.T_world_object
+    return (
+        all(isinstance(name, str) for name in (item.class_name, item.spec_id, *item.contacts))
+        and isinstance(item.instance, int)
+        and isinstance(item.spec, dict)
+        and _is_number(item.visible_fraction)
+        and len(rows) == 4
+        and all(len(row) == 4 and all(map(_is_number, row)) for row in rows)
+    )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _rows(T: list[list[float]]) -> tuple[tuple[float, ...], ...]:

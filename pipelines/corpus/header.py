@@ -13,6 +13,8 @@ import numpy as np
 
 from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
 from pipelines.errors import CorpusError
+from storage.ranges import MAX_FRAMES, MAX_SEED
+from synth.camera import MAX_SIDE
 from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, SPLITS, JointState
 
 SCHEMA = "undergrowth corpus"
@@ -157,6 +159,17 @@ def digest_of(document: dict) -> str:
     return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
 
 
+_RANGES = {
+    "seed": (0, MAX_SEED),
+    "n_frames": (1, MAX_FRAMES),
+    "height": (1, MAX_SIDE),
+    "width": (1, MAX_SIDE),
+    "n_dof": (0, 1000),
+    "shard_frames": (SHARD_FRAMES, SHARD_FRAMES),
+}
+"""Whole numbers of corpus.json."""
+
+
 def read_header(root: Path) -> Header:
     """Reads and checks corpus.json.
 
@@ -168,7 +181,7 @@ def read_header(root: Path) -> Header:
         document = json.loads(path.read_bytes())
     except (FileNotFoundError, NotADirectoryError):
         raise CorpusError(f"{root} is not a corpus: it has no {HEADER_NAME}") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise CorpusError(f"{path} is damaged: {error}") from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise CorpusError(f"{path} is not the header of an undergrowth corpus")
@@ -178,5 +191,16 @@ def read_header(root: Path) -> Header:
     if document.get("digest") != digest_of(document):
         raise CorpusError(f"{path} is damaged: its digest does not match its contents")
     _check_labels(path, document.get("labels"))
-    names = Header.__dataclass_fields__
-    return Header(**{name: document[name] for name in names})
+    return _header(path, document)
+
+
+def _header(path: Path, document: dict) -> Header:
+    """The header of a document whose digest and labels are right; no number of it asks for absurd memory."""
+    for name in ("config", "software"):
+        if not isinstance(document.get(name), dict):
+            raise CorpusError(f"{path} is damaged: {name} must hold values by name")
+    for name, (least, most) in _RANGES.items():
+        value = document.get(name)
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            raise CorpusError(f"{path} is damaged: {name}={value!r:.40} must be a whole number in {least}..{most}")
+    return Header(**{name: document[name] for name in Header.__dataclass_fields__})

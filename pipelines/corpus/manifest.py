@@ -1,12 +1,13 @@
 """manifest.jsonl: one line a finished shard, which alone says that the shard exists."""
 
 import json
-import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from pipelines.corpus.header import Header
 from pipelines.errors import CorpusError
-from storage.atomic import write_atomically
+from storage.atomic import append, write_atomically
+from synth.vocabulary import SPLITS
 
 MANIFEST_NAME = "manifest.jsonl"
 
@@ -53,17 +54,44 @@ class ShardLine:
         return json.dumps(asdict(self), separators=(",", ":"), sort_keys=True)
 
 
-def _parse(text: str) -> ShardLine:
-    values = json.loads(text)
-    values["splits"] = {name: SplitIds(**ids) for name, ids in values["splits"].items()}
-    return ShardLine(**values)
-
-
-def read_manifest(root: Path) -> dict[int, ShardLine]:
-    """Finished shards by number; a last line without its end was cut by an interruption and does not count.
+def _parse(text: str, header: Header) -> ShardLine:
+    """A line whose every value is of its type and fits the header.
 
     Raises:
-        CorpusError: A line before the last cannot be read.
+        ValueError, KeyError, TypeError, AttributeError, RecursionError: It is none.
+    """
+    values = json.loads(text)
+    values["splits"] = {name: SplitIds(**ids) for name, ids in values["splits"].items()}
+    line = ShardLine(**values)
+    frames = header.frames_of(line.shard) if _is_count(line.shard) else range(0)
+    if not frames or (line.first, line.n_frames) != (frames.start, len(frames)):
+        raise ValueError(f"shard {line.shard!r:.40} has the wrong frames")
+    files = {*header.fields, "info"}
+    if set(line.n_bytes) != files or not all(map(_is_count, line.n_bytes.values())):
+        raise ValueError("n_bytes must give a size for each array")
+    if set(line.sha256) != files or not all(isinstance(digest, str) for digest in line.sha256.values()):
+        raise ValueError("sha256 must give a digest for each array")
+    for split, ids in line.splits.items():
+        listed = (ids.subjects, ids.objects, ids.poses)
+        is_names = all(isinstance(names, list) and all(isinstance(n, str) for n in names) for names in listed)
+        if split not in SPLITS or not is_names or not _is_count(ids.n_frames):
+            raise ValueError(f"the split {split!r:.40} must be known, and hold a number and three lists of names")
+    return line
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def read_manifest(root: Path, header: Header) -> dict[int, ShardLine]:
+    """Finished shards by number; a last line without its end was cut by an interruption and does not count.
+
+    Args:
+        root: The corpus folder.
+        header: Its header, which the lines must fit.
+
+    Raises:
+        CorpusError: A line before the last cannot be read, or does not fit the header.
     """
     path = root / MANIFEST_NAME
     try:
@@ -75,19 +103,18 @@ def read_manifest(root: Path) -> dict[int, ShardLine]:
     lines = {}
     for number, line in enumerate(text.split("\n")[:-1], start=1):
         try:
-            parsed = _parse(line)
-        except (json.JSONDecodeError, TypeError, KeyError, AttributeError):
-            raise CorpusError(f"line {number} of {path} is damaged") from None
+            parsed = _parse(line, header)
+        except KeyError as error:
+            raise CorpusError(f"line {number} of {path} is damaged: it lacks {error}") from None
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise CorpusError(f"line {number} of {path} is damaged: {error}") from None
         lines[parsed.shard] = parsed
     return lines
 
 
 def append_line(root: Path, line: ShardLine) -> None:
     """Adds a finished shard; on the disk when this returns."""
-    with (root / MANIFEST_NAME).open("a", encoding="utf-8") as file:
-        file.write(line.to_json() + "\n")
-        file.flush()
-        os.fsync(file.fileno())
+    append(root / MANIFEST_NAME, line.to_json() + "\n")
 
 
 def rewrite_manifest(root: Path, lines: dict[int, ShardLine]) -> None:

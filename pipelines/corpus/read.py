@@ -56,10 +56,7 @@ class Corpus:
         """
         root = Path(path)
         header = read_header(root)
-        lines = read_manifest(root)
-        for shard, line in lines.items():
-            if not 0 <= shard < header.n_shards or line.n_frames != len(header.frames_of(shard)):
-                raise CorpusError(f"{root / MANIFEST_NAME} is damaged: shard {shard} has the wrong frames")
+        lines = read_manifest(root, header)
         if len(lines) < header.n_shards and not allow_incomplete:
             n_done = sum(line.n_frames for line in lines.values())
             raise CorpusError(f"{root} is unfinished: {n_done} of {header.n_frames} frames exist")
@@ -106,7 +103,10 @@ class Corpus:
     def camera(self, index: int) -> Camera:
         """The camera of a frame."""
         fx, fy, cx, cy = (float(v) for v in self.arrays("intrinsics", [index])[0])
-        return Camera(self.header.width, self.header.height, fx, fy, cx, cy, self._record(index)[1])
+        try:
+            return Camera(self.header.width, self.header.height, fx, fy, cx, cy, self._record(index)[1])
+        except ValueError as error:
+            raise CorpusError(f"the intrinsics of frame {index} of {self.path} are damaged: {error}") from None
 
     def check_sensor(self, sensor: str | None) -> None:
         """Makes sure that a sensor model may be applied to the depth; None and "ideal" always may.
@@ -219,7 +219,7 @@ class Corpus:
         line = self._lines_of(number // SHARD_FRAMES)[number % SHARD_FRAMES]
         try:
             record = parse_info(line, self.header.seed)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise CorpusError(f"the record of frame {number} of {self.path} is damaged: {error}") from None
         if record[0].index != number:
             raise CorpusError(

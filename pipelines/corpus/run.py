@@ -2,7 +2,6 @@
 
 import concurrent.futures
 import contextlib
-import errno
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -23,14 +22,13 @@ from pipelines.corpus.folder import Order, finished_shards, locked_folder, prepa
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine, append_line, rewrite_manifest
 from pipelines.corpus.write import FrameSource, write_shard
-from pipelines.errors import UserError
+from pipelines.errors import UserError, in_words
 
 Progress = Callable[[int, int], object]
 """Called with the frames finished so far, those of earlier runs included, and those finished by earlier runs."""
 
 _IN_FLIGHT = 2
 """Shards that a worker has at a time: one at work, one waiting."""
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def write_corpus(root: Path, order: Order, workers: int = 1, progress: Progress | None = None) -> Header:
@@ -68,11 +66,7 @@ def write_corpus(root: Path, order: Order, workers: int = 1, progress: Progress 
                 lines[line.shard] = line
             rewrite_manifest(root, lines)
     except OSError as error:
-        if error.errno in _FULL:
-            raise UserError(
-                f"the disk that holds {root} is full ({error.strerror}); free space and run the same command again"
-            ) from None
-        raise UserError(f"cannot write {root}: {error.strerror or error}") from None
+        raise UserError(in_words(error, root)) from None
     return header
 
 

@@ -6,6 +6,7 @@ a shard (bytes, crc32c). Writing a shard whole costs a tenth of zarr's own chunk
 """
 
 import json
+import math
 import os
 from pathlib import Path
 
@@ -171,6 +172,9 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
 
 def _decode_map(chunk: bytes, item: Field, what: str) -> np.ndarray:
     packed = _without_crc(chunk, what)
+    n_bytes = math.prod(item.shape) * item.numpy_dtype.itemsize
+    if int.from_bytes(packed[4:8], "little") != n_bytes:  # blosc takes so much memory before it decompresses
+        raise CorpusError(f"{what} is damaged: it holds another number of pixels")
     try:
         plain = np.frombuffer(blosc.decompress(packed), dtype=item.numpy_dtype)
         return plain.reshape(item.shape)

@@ -3,6 +3,9 @@
 Only contiguous float32 and uint32 arrays are handed to the binding: it writes others wrong without an error.
 """
 
+import errno
+import os
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,8 +31,13 @@ def export_exr(job: ExportJob) -> None:
             "idManifest": _manifest(OpenEXR, job.corpus.header, frame),
             **_attributes(frame),
         }
-        with OpenEXR.File(attributes, channels(frame)) as file:
-            file.write(str(folder / f"{index:07d}.exr"))
+        path = folder / f"{index:07d}.exr"
+        try:
+            with OpenEXR.File(attributes, channels(frame)) as file:
+                file.write(str(path))
+        except RuntimeError as error:  # of the binding, which knows no OSError
+            code = errno.ENOSPC if os.strerror(errno.ENOSPC) in str(error) else errno.EIO
+            raise OSError(code, os.strerror(code), str(path)) from error
         job.on_frame()
 
 

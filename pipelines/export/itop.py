@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from pipelines.export.hdf5file import writing_hdf5
 from pipelines.export.records import ExportJob
 from pipelines.recordings.itop import INTRINSICS_KEY, UNKNOWN_KEY, UNKNOWN_TEXT
 from synth.frame import Frame
@@ -55,16 +56,14 @@ def export_itop(job: ExportJob) -> None:
     Raises:
         UserError: No joint is known in the split, as in recordings without joints.
     """
-    import h5py
-
     if not np.isfinite(job.corpus.arrays("joints", job.indices)).any():
         raise UserError(f"no joint is known in {job.corpus.path}, split {job.split}; ITOP's files need joints")
     header = job.corpus.header
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})
     with (
-        h5py.File(job.folder / f"{job.split}_depth_map.h5", "w", libver=_LIBVER) as maps,
-        h5py.File(job.folder / f"{job.split}_labels.h5", "w", libver=_LIBVER) as labels,
+        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", _LIBVER) as maps,
+        writing_hdf5(job.folder / f"{job.split}_labels.h5", _LIBVER) as labels,
     ):
         for file in (maps, labels):
             _describe(file, job, subjects)

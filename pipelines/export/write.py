@@ -1,18 +1,20 @@
 """Writes splits of a corpus in the formats that others read."""
 
-import errno
+import contextlib
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from pipelines.corpus import Corpus
-from pipelines.errors import UserError
+from pipelines.corpus.folder import locked_folder
+from pipelines.errors import UserError, in_words
 from pipelines.export.coco import export_coco
 from pipelines.export.exr import export_exr
 from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
 from pipelines.export.tar_shards import export_webdataset
 from pipelines.progress import Progress
+from storage.atomic import TEMPORARY_SUFFIX
 from synth.vocabulary import SPLITS
 
 EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
@@ -38,28 +40,45 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
         Frames written.
 
     Raises:
-        UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty, a package
-            is missing, or the disk is full.
+        UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty or in
+            use, a package is missing, or the disk is full.
     """
     if to not in EXPORTERS:
         raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
     corpus.check_sensor(sensor)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"{out} is not empty; choose a new or empty folder")
     parts = {split: corpus.split(split) for split in splits}
-    beside = out.with_name(out.name + ".part")
-    shutil.rmtree(beside, ignore_errors=True)
     try:
-        beside.mkdir(parents=True)
-        with Progress(sum(map(len, parts.values())), "frame", "export") as bar:
+        with _unfinished_folder(out) as beside, Progress(sum(map(len, parts.values())), "frame", "export") as bar:
             for split, indices in parts.items():
                 if len(indices):
                     EXPORTERS[to](ExportJob(corpus, split, indices, beside, sensor, bar.update))
-        beside.replace(out)
-    except BaseException as error:
-        shutil.rmtree(beside, ignore_errors=True)
-        if isinstance(error, OSError):
-            what = "the disk is full" if error.errno == errno.ENOSPC else error.strerror or str(error)
-            raise UserError(f"cannot write {out}: {what}") from error
-        raise
+            beside.replace(out)
+    except OSError as error:
+        raise UserError(in_words(error, out)) from error
     return sum(map(len, parts.values()))
+
+
+@contextlib.contextmanager
+def _unfinished_folder(out: Path) -> Iterator[Path]:
+    """An empty folder beside, held against a second writer; gone in the end, if it was not renamed.
+
+    Raises:
+        UserError: The folder itself is not empty, or another process writes it.
+    """
+    beside = out.with_name(f"{out.name}.undergrowth-export{TEMPORARY_SUFFIX}")
+    _refuse_full(out)
+    beside.mkdir(parents=True, exist_ok=True)
+    with locked_folder(beside):
+        _refuse_full(out)  # another writer may just have ended
+        for item in beside.iterdir():
+            shutil.rmtree(item) if item.is_dir() else item.unlink()
+        try:
+            yield beside
+        except BaseException:
+            shutil.rmtree(beside, ignore_errors=True)
+            raise
+
+
+def _refuse_full(out: Path) -> None:
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"{out} is not empty; choose a new or empty folder")

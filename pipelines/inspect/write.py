@@ -12,9 +12,14 @@ from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
 from pipelines.progress import Progress
 from pipelines.spread import first_to_last
+from pipelines.targets import check_folder
 from storage.atomic import write_atomically
 
 FRAMES_PER_SHEET = 12
+PAGE_NAMES = ("index.html", "statistics.json")
+"""Beside the contact sheets."""
+SCHEMA = "undergrowth statistics"
+SCHEMA_VERSION = 1
 
 
 def write_inspection(
@@ -33,7 +38,7 @@ def write_inspection(
         What was written, the first contact sheet first.
 
     Raises:
-        UserError: No frames to draw, or no such sensor for this corpus.
+        UserError: No frames to draw, no such sensor for this corpus, or files of others are in the folder.
         OSError: A file cannot be written.
     """
     if n_frames < 1:
@@ -41,13 +46,20 @@ def write_inspection(
     if len(corpus) == 0:
         raise UserError(f"{corpus.path} has no finished frame yet")
     corpus.check_sensor(sensor)
+    n_sheets = -(-min(n_frames, len(corpus)) // FRAMES_PER_SHEET)
+    check_folder(out, [*PAGE_NAMES, *map(_sheet_name, range(n_sheets))])
     out.mkdir(parents=True, exist_ok=True)
     sheets = _write_sheets(corpus, out, n_frames, sensor, zoom)
     statistics = statistics_of(corpus)
-    page, numbers = out / "index.html", out / "statistics.json"
+    page, numbers = (out / name for name in PAGE_NAMES)
     write_atomically(page, statistics_page(corpus, statistics, [path.name for path in sheets]))
-    write_atomically(numbers, json.dumps(asdict(statistics), indent=1) + "\n")
+    document = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, **asdict(statistics)}
+    write_atomically(numbers, json.dumps(document, indent=1) + "\n")
     return [*sheets, page, numbers]
+
+
+def _sheet_name(k: int) -> str:
+    return f"sheet_{k:02d}.png"
 
 
 def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, zoom: float) -> list[Path]:
@@ -57,7 +69,7 @@ def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, 
     with Progress(len(numbers), "frame", "inspect") as bar:
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
-            path = out / f"sheet_{k:02d}.png"
+            path = out / _sheet_name(k)
             write_picture(path, contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom))
             bar.update(len(shown))
             written.append(path)

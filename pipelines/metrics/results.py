@@ -1,8 +1,6 @@
 """What methods answered on a corpus' frames beside the truth: one row a frame, joint and method, kept as .npz."""
 
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from pipelines.foreign import reading
+from pipelines.metrics.arrayfile import read_arrays
 from storage.atomic import replacing
+from synth.vocabulary import JointState
 
 SCHEMA = "undergrowth results"
 SCHEMA_VERSION = 1
@@ -115,6 +116,25 @@ _NAMES = ("joints", "occluders", "families")
 _OF_FRAME = ("frame", "intrinsics", "upper_body_px", "visible_fraction", "family", "object_classes")
 _OF_JOINT = ("xyz", "state", "hiding_class")
 _ANSWERS = ("proposals", "proposal_confidence", "probability", "hidden_probability")
+_COLUMNS: dict[str, tuple[str, tuple[int | None, ...]]] = {
+    "method": ("uint8", ()),
+    "joint": ("uint8", ()),
+    "frame": ("int64", ()),
+    "intrinsics": ("float64", (4,)),
+    "upper_body_px": ("float32", ()),
+    "visible_fraction": ("float32", ()),
+    "family": ("uint8", ()),
+    "object_classes": ("uint16", ()),
+    "seconds": ("float32", ()),
+    "xyz": ("float32", (3,)),
+    "state": ("uint8", ()),
+    "hiding_class": ("uint8", ()),
+    "proposals": ("float32", (None, 3)),
+    "proposal_confidence": ("float32", (None,)),
+    "probability": ("float32", ()),
+    "hidden_probability": ("float32", ()),
+}
+"""Type and shape of a row's entry of each column; None is the number of proposals."""
 
 
 def write_results(path: Path, results: Sequence[Results], context: Mapping[str, object]) -> None:
@@ -167,26 +187,61 @@ def read_results(path: Path) -> tuple[list[Results], dict]:
         The methods in their order, and the context.
 
     Raises:
-        UserError: No such file, no results, or another schema version.
+        UserError: No such file, no results, damaged, or another schema version.
     """
-    try:
-        with path.open("rb") as file, np.load(file) as stored:
-            columns = dict(stored)
-        header = json.loads(str(columns.pop("header")))
-    except FileNotFoundError:
-        raise UserError(f"there is no file {path}") from None
-    except (ValueError, KeyError, OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile) as error:
-        raise UserError(f"{path} holds no results or is damaged: {error}") from None
-    if header.get("schema") != SCHEMA or header.get("schema_version") != SCHEMA_VERSION:
-        found = f"{header.get('schema')} version {header.get('schema_version')}"
-        raise UserError(f"{path} holds {found}; this program reads {SCHEMA} version {SCHEMA_VERSION}")
-    missing = [name for name in ("method", *_OF_FRAME, "seconds", *_OF_JOINT, *_ANSWERS) if name not in columns]
+    with reading(path, "a file of results"):
+        columns = read_arrays(path)
+        header = json.loads(str(columns.pop("header", "")))
+        found = (header.get("schema"), header.get("schema_version")) if isinstance(header, dict) else (None, None)
+        if found != (SCHEMA, SCHEMA_VERSION):
+            raise UserError(
+                f"{path} holds {found[0]!r:.40} version {found[1]!r:.20}; "
+                f"this program reads {SCHEMA} version {SCHEMA_VERSION}"
+            )
+        _check(path, header, columns)
+        methods = enumerate(header["methods"])
+        read = [_results(name, header, columns, columns["method"] == code) for code, name in methods]
+    return read, header["context"]
+
+
+def _check(path: Path, header: dict, columns: dict[str, np.ndarray]) -> None:
+    """Refuses columns that are missing, of other types or lengths, or hold codes without a name."""
+    missing = [name for name in _COLUMNS if name not in columns]
     if missing:
         raise UserError(f"{path} is damaged: it lacks the columns {', '.join(missing)}")
-    methods = enumerate(header["methods"])
-    return [_results(name, header, columns, columns["method"] == code) for code, name in methods], header[
-        "context"
-    ]
+    for name in ("methods", *_NAMES):
+        given = header[name]
+        if not isinstance(given, list) or not given or not all(isinstance(word, str) for word in given):
+            raise ValueError(f"{name} must be a list of names")
+    if not isinstance(header["context"], dict):
+        raise ValueError("context must hold values by name")
+    n_rows, n_proposals = len(columns["method"]), columns["proposals"].shape[1]
+    for name, (dtype, shape) in _COLUMNS.items():
+        wanted = (n_rows, *(n_proposals if size is None else size for size in shape))
+        values = columns[name]
+        if values.dtype != dtype or values.shape != wanted:
+            raise ValueError(f"column {name} is {values.dtype} {values.shape}, must be {dtype} {wanted}")
+    limits = {"method": "methods", "joint": "joints", "family": "families", "hiding_class": "occluders"}
+    for name, table in limits.items():
+        if n_rows and columns[name].max() >= len(header[table]):
+            raise ValueError(f"column {name} holds codes that have no name")
+    if n_rows and columns["state"].max() > max(JointState):
+        raise ValueError("column state holds codes that have no name")
+    counts = np.bincount(columns["method"], minlength=len(header["methods"]))
+    if (counts % len(header["joints"])).any():
+        raise ValueError("a frame has the wrong number of joints")
+
+
+def is_results(path: Path) -> None:
+    """Makes sure that a file holds results, damaged or not.
+
+    Raises:
+        UserError: It does not.
+    """
+    with reading(path, "a file of results"):
+        header = json.loads(str(read_arrays(path, ("header",))["header"]))
+        if header["schema"] != SCHEMA:
+            raise ValueError(f"it holds {header['schema']!r:.40}")
 
 
 def _results(method: str, header: dict, columns: dict[str, np.ndarray], is_own: NDArray[np.bool_]) -> Results:

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 
 from forests.frames import FrameSequence
-from forests.modelfile import ModelFileError, read_model
-from pipelines.errors import UserError
 from pipelines.models.checkpoints import TREE_FILES, TreeFolder, open_trees
 from pipelines.models.kinds import ModelConfig, ModelKind
 
@@ -70,21 +68,3 @@ def partial_folder(path: Path) -> Path:
 def n_finished_trees(path: Path) -> int:
     """Number of finished trees that lie beside a model that is being trained."""
     return sum(1 for _ in partial_folder(path).glob(TREE_FILES))
-
-
-def check_target(path: Path, overwrite: bool) -> None:
-    """Makes sure that a model may be written there.
-
-    Raises:
-        UserError: Something is there that must not be replaced, or the folder is missing.
-    """
-    if not path.parent.is_dir():
-        raise UserError(f"{path.parent} is not a folder; create it first")
-    if not path.exists():
-        return
-    try:
-        read_model(path)
-    except ModelFileError as error:
-        raise UserError(f"{error}; it will not be overwritten, so choose another file") from None
-    if not overwrite:
-        raise UserError(f"{path} exists already; add --overwrite to replace it")

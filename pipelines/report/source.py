@@ -11,6 +11,7 @@ import numpy as np
 from pipelines.ablate.schema import DOCUMENT_NAME, SCHEMA, SCHEMA_VERSION
 from pipelines.corpus import Corpus
 from pipelines.errors import CorpusError, UserError
+from pipelines.foreign import reading
 from pipelines.metrics.results import Results, Truths, read_results, same_frames
 from pipelines.report.methods import METHODS
 
@@ -74,14 +75,17 @@ def read_source(folder: Path, corpus: Path | None = None) -> Source:
     Raises:
         UserError: No ablation, one of another version, missing or damaged rows, another corpus.
     """
-    document = read_document(folder / DOCUMENT_NAME)
-    rows = document["main"]["rows"]
-    unknown = [name for name in rows if name not in METHODS]
-    if unknown or not rows:
-        known = ", ".join(METHODS)
-        raise UserError(f"{folder / DOCUMENT_NAME} has the rows {', '.join(rows) or 'none'}; known are {known}")
-    answers = {name: [_read_rows(folder, training) for training in row["trainings"]] for name, row in rows.items()}
-    return Source(folder, document, answers, _open_corpus(folder, document, corpus))
+    path = folder / DOCUMENT_NAME
+    document = read_document(path)
+    with reading(path, "the document of an ablation"):
+        rows = document["main"]["rows"]
+        unknown = [name for name in rows if name not in METHODS]
+        if unknown or not rows:
+            raise UserError(f"{path} has the rows {', '.join(rows) or 'none'}; known are {', '.join(METHODS)}")
+        answers = {
+            name: [_read_rows(folder, training) for training in row["trainings"]] for name, row in rows.items()
+        }
+        return Source(folder, document, answers, _open_corpus(folder, document, corpus))
 
 
 def read_document(path: Path) -> dict:
@@ -90,15 +94,13 @@ def read_document(path: Path) -> dict:
     Raises:
         UserError: There is none, it is damaged, or of another version.
     """
-    try:
+    if not path.exists():
+        raise UserError(f"{path.parent} is not the folder of an ablation: it has no {path.name}")
+    with reading(path, "the document of an ablation"):
         document = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise UserError(f"{path.parent} is not the folder of an ablation: it has no {path.name}") from None
-    except ValueError as error:
-        raise UserError(f"{path} is damaged: {error}") from None
     found = (document.get("schema"), document.get("schema_version")) if isinstance(document, dict) else None
     if found != (SCHEMA, SCHEMA_VERSION):
-        raise UserError(f"{path} holds {found}; this program reads {(SCHEMA, SCHEMA_VERSION)}")
+        raise UserError(f"{path} holds {found!r:.60}; this program reads {(SCHEMA, SCHEMA_VERSION)}")
     return document
 
 

@@ -4,7 +4,9 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipelines.ablate.schema import DOCUMENT_NAME
 from pipelines.errors import UserError
+from pipelines.foreign import reading
 from pipelines.predicting.recording import Folder, Recording, ask_recording
 from pipelines.report.models import first_models
 from pipelines.report.page import rendered
@@ -49,12 +51,17 @@ def write_report(source: Source, out: Path, recordings: Sequence[Recording] = ()
 
 
 def report_page(source: Source, recordings: Sequence[Recording] = ()) -> str:
-    """The page's HTML; the same for the same folders."""
-    sections = [section(source) for section in SECTIONS]
-    if recordings:
-        place = SECTIONS.index(examples_section) + 1
-        sections.insert(place, recorded_section(recordings))
-    return rendered("page", title=TITLE, lead=lead(source), sections=sections)
+    """The page's HTML; the same for the same folders.
+
+    Raises:
+        UserError: The ablation's document is damaged.
+    """
+    with reading(source.folder / DOCUMENT_NAME, "the document of an ablation"):
+        sections = [section(source) for section in SECTIONS]
+        if recordings:
+            place = SECTIONS.index(examples_section) + 1
+            sections.insert(place, recorded_section(recordings))
+        return rendered("page", title=TITLE, lead=lead(source), sections=sections)
 
 
 def recordings_of(source: Source, folders: Sequence[Folder]) -> list[Recording]:

@@ -2,11 +2,15 @@
 
 from dataclasses import asdict, dataclass, field, fields
 
+from storage.ranges import check_fields, check_number, check_span
 from synth.camera import Camera
 from synth.render.presets import camera_named, mounting_named
 
 DRAWS_PER_BLOCK = 60
 """Consecutive frames of a split that share a pool of subjects and objects."""
+
+MAX_WEIGHT = 1e9
+"""Of a scene family or a split."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +38,7 @@ class SceneWeights:
     def __post_init__(self) -> None:
         weights = asdict(self)
         for name, weight in weights.items():
-            if not weight >= 0.0:
-                raise ValueError(f"scene weight {name}={weight} must not be negative")
+            check_number(f"scene weight {name}", weight, 0.0, MAX_WEIGHT)
         if not sum(weights.values()) > 0.0:
             raise ValueError("at least one scene weight must be positive")
 
@@ -55,8 +58,10 @@ class SplitShares:
 
     def __post_init__(self) -> None:
         shares = asdict(self)
-        if min(shares.values()) < 0.0 or not sum(shares.values()) > 0.0:
-            raise ValueError(f"split shares {shares} must not be negative, and not all zero")
+        for name, share in shares.items():
+            check_number(f"split share {name}", share, 0.0, MAX_WEIGHT)
+        if not sum(shares.values()) > 0.0:
+            raise ValueError(f"split shares {shares} must not be all zero")
 
     def counts(self, n_frames: int) -> tuple[int, ...]:
         """Frames of each split by the largest remainder, in the order of `SPLITS`."""
@@ -129,13 +134,9 @@ class SceneConfig:
             ("clearance", 0.0, 1.0),
             ("visible_share", 0.0, 1.0),
         ):
-            _check_range(name, getattr(self, name), low, high)
-        for name in ("frames_per_subject", "frames_per_object"):
-            if not 1 <= getattr(self, name) <= DRAWS_PER_BLOCK:
-                raise ValueError(f"{name}={getattr(self, name)} must be in 1..{DRAWS_PER_BLOCK}")
-        for name in ("seated_share", "standing_at_table_share", "exercising_share", "child_share"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"{name}={getattr(self, name)} must be in 0..1")
+            check_span(name, getattr(self, name), low, high)
+        check_fields(self, dict.fromkeys(("frames_per_subject", "frames_per_object"), (1, DRAWS_PER_BLOCK)))
+        check_fields(self, dict.fromkeys(_SHARES, (0.0, 1.0)))
 
     def make_camera(self) -> Camera:
         """The camera that all frames are seen through."""
@@ -149,6 +150,4 @@ class SceneConfig:
         return Camera(int(width), int(height), fx, fy, cx, cy)
 
 
-def _check_range(name: str, value: tuple[float, float] | None, low: float, high: float) -> None:
-    if value is not None and not low <= value[0] <= value[1] <= high:
-        raise ValueError(f"{name}={value} must be (lowest, highest) within {low}..{high}")
+_SHARES = ("seated_share", "standing_at_table_share", "exercising_share", "child_share")

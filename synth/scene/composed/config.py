@@ -2,8 +2,9 @@
 
 from dataclasses import asdict, dataclass, field
 
+from storage.ranges import check_number
 from synth.render.sensors import SENSOR_NAMES
-from synth.scene.config import SceneConfig
+from synth.scene.config import MAX_WEIGHT, SceneConfig
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,7 @@ class ComposeWeights:
     def __post_init__(self) -> None:
         weights = asdict(self)
         for name, weight in weights.items():
-            if not weight >= 0.0:
-                raise ValueError(f"weight {name}={weight} must not be negative")
+            check_number(f"weight {name}", weight, 0.0, MAX_WEIGHT)
         if not sum(weights.values()) > 0.0:
             raise ValueError("at least one weight must be positive")
 

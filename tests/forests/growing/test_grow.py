@@ -275,7 +275,7 @@ def test_an_interrupt_stops_the_workers(monkeypatch):
         ("n_finalists", 0, "n_finalists=0 must be in 1.."),
         ("min_samples_leaf", 0, "min_samples_leaf=0 must be in 1.."),
         ("max_offset_m", 0.0, "max_offset_m=0.0 must be above 0"),
-        ("max_offset_m", float("nan"), "max_offset_m=nan must be above 0"),
+        ("max_offset_m", float("nan"), r"max_offset_m=nan must be in 0.0..10.0"),
     ],
 )
 def test_settings_out_of_range_are_refused_by_name(field, value, message):

@@ -87,7 +87,7 @@ def test_the_command_line_goes_before_the_file(small_toml, tmp_path):
         ("[scene.scenes]\nbathtub = 1", ".scene.scenes has an unknown key 'bathtub'; known are unhidden"),
         ("[scene.scenes]\ntable = -1", "table=-1.0"),
         ("[scene]\nclearance = [-0.1, 0.05]", "clearance=(-0.1, 0.05)"),
-        ("frames = -2", "n_frames=-2"),
+        ("frames = -2", "frames=-2 must be in"),
         ("frames = 'many'", "frames='many' must be int, not str"),
         ("renderer = 'metal'", "renderer='metal' is unknown; known are numba, pyrender"),
         ("seed = 'x", "not valid TOML"),

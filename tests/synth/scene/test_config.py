@@ -38,7 +38,7 @@ def test_weights_and_shares_must_be_positive_somewhere() -> None:
         SceneWeights(*[0.0] * len(SceneWeights.names()))
     with pytest.raises(ValueError, match="table=-1"):
         SceneWeights(table=-1.0)
-    with pytest.raises(ValueError, match="not all zero"):
+    with pytest.raises(ValueError, match="not be all zero"):
         SplitShares(0.0, 0.0, 0.0)
 
 
