@@ -1,4 +1,4 @@
-"""Recordings as exports have them: unknown joints, frames without joints, damage in one file, names that are no text."""
+"""Exports read back: unknown joints, frames that cannot be used, damage in one file, names that are no text."""
 
 import json
 import os
