@@ -31,15 +31,20 @@ def parse_info(line: str, seed: int) -> tuple[FrameInfo, str]:
         ValueError, KeyError, TypeError, AttributeError, RecursionError: It is no record.
     """
     values = json.loads(line)
-    camera = values.pop("camera")
+    camera, listed = values.pop("camera"), values.pop("objects")
     objects = tuple(
         ObjectRecord(
             **item | {"T_world_object": _rows(item["T_world_object"]), "contacts": tuple(item["contacts"])}
         )
-        for item in values.pop("objects")
+        for item in listed
     )
     info = FrameInfo(seed=seed, objects=objects, **values)
-    if not isinstance(camera, str) or not _is_record(info) or not all(map(_is_object, objects)):
+    if (
+        not isinstance(camera, str)
+        or not isinstance(listed, list)
+        or not _is_record(info)
+        or not all(map(_is_object, objects))
+    ):
         raise ValueError("a value is of the wrong type")
     return info, camera
 
@@ -48,7 +53,7 @@ def _is_record(info: FrameInfo) -> bool:
     names = (info.split, info.subject_id, info.scene_family, info.pose_family, info.pose_id)
     return (
         all(isinstance(name, str) for name in names)
-        and isinstance(info.index, int)
+        and type(info.index) is int
         and isinstance(info.subject, dict)
         and _is_number(info.visible_fraction)
     )
@@ -58,7 +63,7 @@ def _is_object(item: ObjectRecord) -> bool:
     rows = item.T_world_object
     return (
         all(isinstance(name, str) for name in (item.class_name, item.spec_id, *item.contacts))
-        and isinstance(item.instance, int)
+        and type(item.instance) is int
         and isinstance(item.spec, dict)
         and _is_number(item.visible_fraction)
         and len(rows) == 4

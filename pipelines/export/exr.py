@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Header
+from pipelines.errors import UserError
 from pipelines.export.records import ExportJob
 from synth.frame import Frame
 
@@ -22,6 +23,10 @@ def export_exr(job: ExportJob) -> None:
     import OpenEXR
 
     folder = job.folder / job.split
+    try:
+        str(folder).encode()
+    except UnicodeEncodeError:
+        raise UserError(f"OpenEXR cannot write into {folder}: the name is not UTF-8") from None
     folder.mkdir()
     for index in job.indices:
         frame = job.frame(index)

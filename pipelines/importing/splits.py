@@ -41,7 +41,8 @@ class SplitRule:
             for split in SPLITS:
                 if any(matches(name, listed) for listed in getattr(self, split)):
                     return split
-        drawn = int.from_bytes(hashlib.sha256(f"{self.seed}/{name}".encode()).digest()[:8], "big") / 2.0**64
+        digest = hashlib.sha256(f"{self.seed}/{name}".encode(errors="surrogateescape")).digest()
+        drawn = int.from_bytes(digest[:8], "big") / 2.0**64
         for split, share in SHARES.items():
             drawn -= share
             if drawn < 0.0:

@@ -331,7 +331,7 @@ def _mesh_reader(folder: Path, index: Path | None = None) -> Callable[[Path], ob
     from pipelines.commands.import_meshes import MeshSettings
 
     def read(path: Path) -> object:
-        settings: dict[str, Any] = {"class_name": "table", "up": "z", "unit": "m"}
+        settings: dict[str, Any] = {"class_name": "other", "up": "z", "unit": "m"}
         library = MeshSettings(folder / "in", folder / "out", index=index, **settings).library()
         names = {model.name for model in library.models}
         assert any(WHOLE in name for name in names), f"of the folder {sorted(names)} are imported"

@@ -27,7 +27,7 @@ SETTINGS = {
     ),
 }  # fmt: skip
 """TOML files of settings."""
-INDEX = "file,class,unit,up,forward,split\nwhole.obj,table,m,z,x,train\ntable.obj,table,m,z,,val\n"
+INDEX = "file,class,unit,up,forward,split\nwhole.obj,other,m,z,x,train\nbox.obj,other,m,z,,val\n"
 LAYOUT = """
 recognised_by = []
 files = "*.{suffix}"
@@ -177,31 +177,28 @@ def recordings(folder: Path) -> Path:
 
 
 def mesh(folder: Path, suffix: str) -> Path:
-    """Two tables on four legs, one as OBJ, the other as asked for; gives the second."""
+    """Two boxes, one as OBJ, the other as asked for; gives the second."""
     import trimesh
 
-    from tests.pipelines.toy_libraries import objects_of
-
     folder.mkdir()
-    model = objects_of("train").models[0]
-    table = trimesh.Trimesh(model.vertices, model.faces, process=False)
-    (folder / "whole.obj").write_bytes(_exported(table, "obj"))
-    path = folder / f"table{suffix}"
+    box = trimesh.creation.box((0.4, 0.3, 0.5))
+    (folder / "whole.obj").write_bytes(_exported(box, "obj"))
+    path = folder / f"box{suffix}"
     if suffix == ".urdf":
         parts = folder / "parts"
         parts.mkdir()
-        (parts / "top.stl").write_bytes(_exported(table, "stl"))
+        (parts / "top.stl").write_bytes(_exported(box, "stl"))
         path.write_text(URDF)
     elif suffix == ".gltf":
-        for name, data in table.export(file_type="gltf").items():
+        for name, data in box.export(file_type="gltf").items():
             (path if name.endswith(".gltf") else folder / name).write_bytes(data)
     else:
-        path.write_bytes(_exported(table, suffix[1:]))
+        path.write_bytes(_exported(box, suffix[1:]))
     return path
 
 
-def _exported(table, kind: str) -> bytes:  # type: ignore[no-untyped-def] # of trimesh, which has no types
-    data = table.export(file_type=kind)
+def _exported(box, kind: str) -> bytes:  # type: ignore[no-untyped-def] # of trimesh, which has no types
+    data = box.export(file_type=kind)
     return data.encode() if isinstance(data, str) else data
 
 
