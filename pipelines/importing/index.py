@@ -105,7 +105,7 @@ def read_index(path: Path) -> Index:
 
 
 def shown(path: Path | str) -> str:
-    """A path with slashes, or a text with paths, that any terminal can show; bytes that are not UTF-8 become their numbers."""
+    """A path with slashes, or a text with paths, that any terminal can show, whatever their bytes."""
     text = path if isinstance(path, str) else path.as_posix()
     return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 

@@ -19,11 +19,13 @@ class Listing:
     Attributes:
         files: All of them.
         names: Name of each file that is a model; once in the folder, but for one model in several formats.
-        left_out: Files that are no models, and why.
+        parts: Those that belong to a URDF.
+        left_out: Those that lie among parts, and why they are no models.
     """
 
     files: tuple[Path, ...]
     names: dict[Path, str]
+    parts: frozenset[Path]
     left_out: dict[Path, str]
 
 
@@ -60,16 +62,20 @@ def listed(folder: Path, files: tuple[Path, ...], indexed: Collection[Path], rea
     """
     owners = _owners(files, reach)
     by_folder = {part.parent: owner for part, owner in owners.items() if part.parent != folder.resolve()}
+    parts = frozenset(path for path in files if _resolved(path) in owners)
     left_out: dict[Path, str] = {}
     for path in files:
         place = _resolved(path)
-        if place in owners:
-            left_out[path] = f"is a part of {shown(owners[place].relative_to(folder))}"
-        elif place.parent in by_folder and path not in indexed and path.suffix.lower() != ".urdf":
+        if (
+            path not in parts
+            and place.parent in by_folder
+            and path not in indexed
+            and path.suffix.lower() != ".urdf"
+        ):
             owner = shown(by_folder[place.parent].relative_to(folder))
             left_out[path] = f"lies among the parts of {owner}; it becomes a model if an index lists it"
-    models = [path for path in files if path not in left_out]
-    return Listing(files, _names(folder, models, indexed), left_out)
+    models = [path for path in files if path not in parts and path not in left_out]
+    return Listing(files, _names(folder, models, indexed), parts, left_out)
 
 
 def _owners(files: tuple[Path, ...], reach: Reach) -> dict[Path, Path]:

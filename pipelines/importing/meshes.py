@@ -94,6 +94,8 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
             models[name] = (model, path, line)
     for _, _, line in models.values():
         log.log(logging.WARNING if "warning: " in line else logging.INFO, "%s", line)
+    if listing.parts:
+        log.info("%d meshes are parts of URDF files, not models of their own", len(listing.parts))
     for path, reason in listing.left_out.items():
         log.info("left out: %s %s", shown(path), reason)
     for line in refused:

@@ -1,6 +1,6 @@
 """Reads one geometry of a COLLADA file."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,7 @@ def _points(mesh: Element, item: Element) -> NDArray[np.float64]:
     array = source.find("{*}float_array")
     values = np.array(numbers(None if array is None else array.text), dtype=np.float64)
     accessor = source.find("{*}technique_common/{*}accessor")
-    get = accessor.get if accessor is not None else {}.get  # type: ignore[var-annotated]
+    get: Callable[[str], str | None] = (accessor.attrib if accessor is not None else {}).get
     stride, offset = int(get("stride") or "3"), int(get("offset") or "0")
     if stride < 3 or offset < 0:
         raise ValueError(f"a source of positions has stride {stride} and offset {offset}")

@@ -3,8 +3,6 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from pipelines.foreign import ForeignFileError, check_size, reading
 from pipelines.importing.meshfiles.collada import Asset, read_collada
 from pipelines.importing.meshfiles.gltf import read_gltf
@@ -89,10 +87,10 @@ def _read_plain(path: Path, reach: Reach) -> MeshFile:
 def _of_collada(mesh: Triangles, asset: Asset) -> MeshFile:
     """A unit that is none of ours is turned into metres at once."""
     up, unit = asset.up or "y", None
-    if asset.metre is not None:
-        unit = min(UNITS, key=lambda name: abs(np.log(UNITS[name] / asset.metre)))
-        if abs(asset.metre / UNITS[unit] - 1.0) > 0.01:
-            mesh, unit = Triangles(asset.metre * mesh.vertices, mesh.faces), "m"
+    if (metre := asset.metre) is not None:
+        unit = next((name for name, size in UNITS.items() if abs(metre / size - 1.0) < 0.01), None)
+        if unit is None:
+            mesh, unit = Triangles(metre * mesh.vertices, mesh.faces), "m"
     return MeshFile(mesh, Said(up, asset.up is not None, unit))
 
 
