@@ -99,7 +99,11 @@ def read_index(path: Path) -> Index:
         if values.get("file"):
             kept = {name: values.get(name, "") for name in COLUMNS[1:]}
             rows.append(
-                Row(line, values["file"], {**kept, "up": kept["up"].lower(), "unit": kept["unit"].lower()})
+                Row(
+                    line,
+                    values["file"],
+                    {**kept, "up": kept["up"].lower().removesuffix("_up"), "unit": kept["unit"].lower()},
+                )
             )
     return Index(path, rows)
 

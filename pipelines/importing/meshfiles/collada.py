@@ -79,7 +79,7 @@ class _Scene:
     def _placed(self, node: Element, T: Array, depth: int) -> Iterator[Triangles]:
         if depth > _MAX_DEPTH:
             raise ValueError(f"its nodes are nested more than {_MAX_DEPTH} deep")
-        self._budget.take(1)
+        self._budget.take()
         for child in node:
             make = _TRANSFORMS.get(local_name(child))
             if make is not None:

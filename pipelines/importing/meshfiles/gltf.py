@@ -40,7 +40,15 @@ def read_gltf(path: Path, reach: Reach) -> Triangles:
     """
     data = path.read_bytes()
     tree, binary = _chunks(data) if data[:4] == b"glTF" else (data, None)
-    document = json.loads(tree.decode("utf-8-sig"))
+    try:
+        return _shown_first(path, json.loads(tree.decode("utf-8-sig")), binary, reach)
+    except KeyError as error:
+        raise ValueError(f"its JSON lacks {error}, or has another value there than a glTF") from None
+    except (TypeError, IndexError, AttributeError) as error:
+        raise ValueError(f"its JSON has a value of another kind than a glTF ({error})") from None
+
+
+def _shown_first(path: Path, document: dict[str, Any], binary: bytes | None, reach: Reach) -> Triangles:
     version = document["asset"]["version"]
     if str(version).split(".")[0] != "2":
         raise ValueError(f"it is glTF {version}, only glTF 2 is read")
@@ -96,7 +104,7 @@ class _Document:
     def _placed(self, k: int, T: NDArray[np.float64], depth: int) -> Iterator[Triangles]:
         if depth > _MAX_DEPTH:
             raise ValueError(f"its nodes are nested more than {_MAX_DEPTH} deep")
-        self._budget.take(1)
+        self._budget.take()
         node = self._tree["nodes"][_index(k, len(self._tree["nodes"]), "node")]
         self._refuse(node.get("extensions", {}), "EXT_mesh_gpu_instancing")
         T = T @ _local(node)

@@ -69,7 +69,9 @@ def read_joint(element: Element) -> Joint:
     limit = element.find("limit")
     low, high = (0.0 if limit is None else number(limit, side, 0.0) for side in ("lower", "upper"))
     if kind in ("revolute", "prismatic") and low > high:
-        raise ValueError(f"joint {name!r} has its lower limit {low:g} above its upper limit {high:g}")
+        raise ValueError(
+            f"joint {name!r} has its lower limit {low:g} above its upper limit {high:g}; one that is not given is 0"
+        )
     mimic = element.find("mimic")
     return Joint(
         name, kind, parent, child, origin_of(element), axis / (length or 1.0),

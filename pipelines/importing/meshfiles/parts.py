@@ -9,6 +9,8 @@ from synth.occluders.imported.shape import Triangles
 
 MAX_FACES_READ = 20_000_000
 """No file may hold or place more triangles than this."""
+_NODE = 100
+"""A node of a scene counts as so many triangles, since it takes time even without any."""
 
 
 def placed(part: Triangles, T: NDArray[np.float64]) -> Triangles:
@@ -38,12 +40,14 @@ class FaceBudget:
     def __init__(self) -> None:
         self._left = MAX_FACES_READ
 
-    def take(self, n: int) -> None:
-        """Takes n triangles.
+    def take(self, n: int = 0) -> None:
+        """Takes a node, or a part with n triangles.
 
         Raises:
             ValueError: There would be more than `MAX_FACES_READ`.
         """
-        self._left -= max(n, 1)
+        self._left -= n + _NODE
         if self._left < 0:
-            raise ValueError(f"its scene places more than {MAX_FACES_READ:,} triangles")
+            raise ValueError(
+                f"its scene places more than {MAX_FACES_READ:,} triangles, or {MAX_FACES_READ // _NODE:,} nodes"
+            )

@@ -88,17 +88,18 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
     order, elements = None, []
     for line in data[:end].decode("latin-1").splitlines():
         words = line.split()
-        if not words or words[0] in ("ply", "comment", "obj_info"):
-            continue
-        if words[0] == "format":
-            order = _ORDERS[words[1]]
-        elif words[0] == "element":
-            elements.append(_Element(words[1], int(words[2]), {}))
-            if elements[-1].n < 0:
-                raise ValueError(f"its header promises {words[2]} rows of {words[1]!r}")
-        elif words[0] == "property":
-            kinds = words[2:4] if words[1] == "list" else words[1:2]
-            elements[-1].types[words[-1]] = tuple(_TYPES[kind] for kind in kinds)
+        try:
+            if words[:1] == ["format"]:
+                order = _ORDERS[words[1]]
+            elif words[:1] == ["element"]:
+                elements.append(_Element(words[1], int(words[2]), {}))
+            elif words[:1] == ["property"]:
+                kinds = words[2:4] if words[1] == "list" else words[1:2]
+                elements[-1].types[words[-1]] = tuple(_TYPES[kind] for kind in kinds)
+        except (KeyError, IndexError, ValueError):
+            raise ValueError(f"its header has the line {line!r:.60}") from None
+        if elements and elements[-1].n < 0:
+            raise ValueError(f"its header promises {elements[-1].n} rows of {elements[-1].name!r}")
     if order is None:
         raise ValueError("its header has no line 'format'")
     return order, elements, start

@@ -35,6 +35,8 @@ class Reach:
             ForeignFileError: It is not there, or is outside the folder.
         """
         found = self.find(by, name)
+        if found is None and not self.is_outside_allowed:
+            found = Reach(self.folder, True).find(by, name)
         if found is None:
             raise ForeignFileError(f"{by} names {name}, which is not there")
         if not self._is_inside(found) and not self.is_outside_allowed:
@@ -66,7 +68,8 @@ class Reach:
 
     def _packages(self, by: Path, name: str) -> list[Path]:
         """Folders that may be a package, the best first: by its name, by what its package.xml says, any above."""
-        above = [folder for folder in by.parents if self.is_outside_allowed or self._is_inside(folder)]
+        above = list(by.resolve().parents) if self.is_outside_allowed else []
+        above = above or [folder for folder in by.parents if self._is_inside(folder)]
         named = [folder for folder in above if folder.resolve().name == name]
         beside = [folder / name for folder in above if (folder / name).is_dir()]
         said = [folder for folder in above if _package_name(folder) == name]
