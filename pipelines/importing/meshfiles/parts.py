@@ -9,7 +9,7 @@ from synth.occluders.imported.shape import Triangles
 
 MAX_FACES_READ = 20_000_000
 """No file may hold or place more triangles than this."""
-_NODE = 100
+_NODE = 1000
 """A node of a scene counts as so many triangles, since it takes time even without any."""
 
 

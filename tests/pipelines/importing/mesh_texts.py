@@ -103,4 +103,5 @@ def visual(geometry: str, xyz: str = "0 0 0", rpy: str = "0 0 0") -> str:
 
 
 def joint(kind: str, parent: str, child: str, inner: str = "<axis xyz='0 0 1'/>", name: str = "") -> str:
-    return f"<joint name='{name or child}' type='{kind}'><parent link='{parent}'/><child link='{child}'/>{inner}</joint>"
+    ends = f"<parent link='{parent}'/><child link='{child}'/>"
+    return f"<joint name='{name or child}' type='{kind}'>{ends}{inner}</joint>"

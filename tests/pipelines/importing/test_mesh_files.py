@@ -115,7 +115,7 @@ def quantised() -> tuple[dict, np.ndarray]:
     tree["bufferViews"][0] |= {"buffer": 1, "byteOffset": 0, "byteLength": rows.nbytes, "byteStride": 12}
     tree["buffers"].append({"byteLength": rows.nbytes, "uri": data_uri(rows.tobytes())})
     tree["nodes"] = [{"children": [1], "translation": [0, 1, 0]}, {"mesh": 0, "scale": [0.9, 0.9, 0.9]}]
-    return tree, points + (0.0, 1.0, 0.0)
+    return tree, points + np.array((0.0, 1.0, 0.0))
 
 
 def test_quantised_positions_are_read(tmp_path: Path) -> None:
