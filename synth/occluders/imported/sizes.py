@@ -169,14 +169,15 @@ def find_frame(mesh: Triangles, class_name: str, hints: Hints, said: Said) -> Fr
     found = _units(mesh, sizes, up, hints, said)
     if not found:
         raise MeshError(_broken_limits(mesh, class_name, up, hints, said))
-    price, unit = min(found)
+    _, unit = min(found)
     if said.unit not in (None, unit) and hints.unit is None:
         warnings.append(f"the file says {said.unit}, in which it would be no {class_name}; {unit} is a guess")
     is_stated = hints.up is not None or (said.is_up_stated and up == said.up)
     if not is_stated and up == said.up:
         for other in sorted({"y", "z"} - {up}):
-            others = _units(mesh, sizes, other, hints, said)
-            if others and min(others)[0] < price - _STRANGER:
+            others = [name for _, name in _units(mesh, sizes, other, hints, said)]
+            strange = [sizes.strangeness(UNITS[name] * _size(mesh, other)) for name in others]
+            if strange and min(strange) < sizes.strangeness(UNITS[unit] * _size(mesh, up)) - _STRANGER:
                 warnings.append(f"with {other} up it would be more like a {class_name}; --up or an index tells")
     return Frame(unit, up, hints.forward, is_stated, tuple(warnings))
 
