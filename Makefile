@@ -63,12 +63,13 @@ lock:
 
 # Needs uv. The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
 LOWEST := $(VENV)-lowest
-LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py tests/pipelines/export
+LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py \
+	tests/pipelines/importing tests/pipelines/export
 lowest:
 	$(UV) venv -q --clear --python $(PYTHON) $(LOWEST)
 	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \
 		--group build --all-extras -o $(LOWEST)/requirements.txt pyproject.toml
-	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset
+	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset trimesh pycollada
 	$(UV) pip install -q --python $(LOWEST) --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(LOWEST)/numba $(LOWEST)/bin/python -m pytest $(LOWEST_TESTS)
 
