@@ -23,9 +23,9 @@ def name_of(requirement):
 
 
 def imported_modules():
-    """Top-level names that the three packages import, anywhere in a file."""
+    """Top-level names that the four packages import, anywhere in a file."""
     found = set()
-    for package in ("synth", "forests", "pipelines"):
+    for package in ("storage", "synth", "forests", "pipelines"):
         for path in (ROOT / package).rglob("*.py"):
             for words in re.findall(r"^\s*(?:import|from) ([\w.]+)", path.read_text(encoding="utf-8"), re.M):
                 found.add(words.split(".")[0])
