@@ -12,12 +12,12 @@ from pipelines.foreign import ForeignFileError, reading
 from pipelines.importing.index import Index, shown
 from pipelines.importing.listing import listed, mesh_files
 from pipelines.importing.meshfiles.reach import Reach
-from pipelines.importing.meshfiles.read import KINDS, MeshFile, read_mesh
+from pipelines.importing.meshfiles.read import KINDS, read_mesh
 from pipelines.importing.splits import SplitRule
 from pipelines.progress import progress
 from synth.occluders.imported.model import make_model
 from synth.occluders.imported.shape import MeshError
-from synth.occluders.imported.sizes import SIZES, Frame, Hints
+from synth.occluders.imported.sizes import SIZES, Hints
 from synth.occluders.meshlib import MeshLibrary, MeshModel
 from synth.vocabulary import SPLITS
 
@@ -65,6 +65,24 @@ class _Item:
     row: Mapping[str, str]
 
 
+@dataclass(frozen=True)
+class _Imported:
+    """A model with what its user should know; as text, the line that tells of it."""
+
+    path: Path
+    model: MeshModel
+    is_up_stated: bool
+    warnings: tuple[str, ...]
+
+    def __str__(self) -> str:
+        model = self.model
+        line = (
+            f"{model.class_name:<8} {model.name:<28} {model.split:<5} {len(model.faces):5d} faces "
+            f"{len(model.boxes):4d} boxes, {model.frame}{'' if self.is_up_stated else ' (assumed)'}, {model.role}"
+        )
+        return f"{line}; warning: {'; '.join(self.warnings)}" if self.warnings else line
+
+
 def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
     """Reads all files and makes those into models that can be.
 
@@ -79,21 +97,19 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
     reach = Reach(folder, options.is_outside_allowed)
     rows = {} if options.index is None else options.index.by_file(folder, files)
     listing = listed(folder, files, rows.keys(), reach)
-    models: dict[str, tuple[MeshModel, Path, str]] = {}
+    models: dict[str, _Imported] = {}
     refused = []
     for path, name in progress(list(listing.names.items()), "file", "import meshes"):
         item = _Item(path, name, path.relative_to(folder), rows.get(path, _NOTHING))
         if name in models:
-            refused.append(f"left out: {path} has the name of {models[name][1].name}, which is imported")
+            refused.append(f"left out: {path} has the name of {models[name].path.name}, which is imported")
             continue
         try:
-            model, line = _import(item, options, reach)
+            models[name] = _import(item, options, reach)
         except ForeignFileError as error:
             refused.append(f"refused: {error}")
-        else:
-            models[name] = (model, path, line)
-    for _, _, line in models.values():
-        log.log(logging.WARNING if "warning: " in line else logging.INFO, "%s", line)
+    for made in models.values():
+        log.log(logging.WARNING if made.warnings else logging.INFO, "%s", made)
     if listing.parts:
         log.info("%d meshes are parts of URDF files, not models of their own", len(listing.parts))
     for path, reason in listing.left_out.items():
@@ -102,7 +118,7 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
         log.warning("%s", shown(line))
     if not models:
         raise UserError(f"none of the {len(files)} files in {folder} can be used")
-    return MeshLibrary(tuple(model for model, _, _ in models.values()), {"seed": options.splits.seed})
+    return MeshLibrary(tuple(made.model for made in models.values()), {"seed": options.splits.seed})
 
 
 def class_of(word: str) -> str | None:
@@ -111,8 +127,8 @@ def class_of(word: str) -> str | None:
     return name if name in SIZES else None
 
 
-def _import(item: _Item, options: MeshOptions, reach: Reach) -> tuple[MeshModel, str]:
-    """A model, and the line that tells of it.
+def _import(item: _Item, options: MeshOptions, reach: Reach) -> _Imported:
+    """A model out of a file.
 
     Raises:
         ForeignFileError: It cannot be used.
@@ -134,16 +150,7 @@ def _import(item: _Item, options: MeshOptions, reach: Reach) -> tuple[MeshModel,
             model, frame = make_model(file.triangles, item.name, class_name, split, hints, file.said)
         except MeshError as error:
             raise ForeignFileError(f"{path} {error}") from None
-    return model, _line(model, frame, file)
-
-
-def _line(model: MeshModel, frame: Frame, file: MeshFile) -> str:
-    line = (
-        f"{model.class_name:<8} {model.name:<28} {model.split:<5} {len(model.faces):5d} faces "
-        f"{len(model.boxes):4d} boxes, {model.frame}{'' if frame.is_up_stated else ' (assumed)'}, {model.role}"
-    )
-    warnings = [*frame.warnings, *file.notes]
-    return f"{line}; warning: {'; '.join(warnings)}" if warnings else line
+    return _Imported(path, model, frame.is_up_stated, (*frame.warnings, *file.notes))
 
 
 def _class_name(item: _Item, options: MeshOptions) -> str:

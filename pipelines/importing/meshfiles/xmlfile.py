@@ -13,7 +13,7 @@ def read_xml(path: Path) -> Element:
     Raises:
         ValueError: It declares entities, or is not well-formed.
     """
-    data = path.read_bytes()
+    data = path.read_bytes().lstrip(b" \t\r\n")  # many have a blank line before their declaration
     if re.search(rb"<!\s*(ENTITY|DOCTYPE[^>]*(SYSTEM|PUBLIC))", data.replace(b"\x00", b""), re.IGNORECASE):
         raise ValueError("it declares entities or names a document type elsewhere, which are not opened")
     try:

@@ -217,6 +217,11 @@ def test_what_is_no_urdf_is_refused_in_one_line(tmp_path: Path, text: str, said:
     assert said in refusal(tmp_path / "a.urdf", text)
 
 
+def test_a_blank_line_before_the_declaration_does_no_harm(tmp_path: Path) -> None:
+    text = "\n\n<?xml version='1.0' encoding='utf-8'?>\n" + robot({"a": BOX})
+    assert len(read(tmp_path / "a.urdf", text).triangles.faces) == 12
+
+
 def test_a_damaged_part_is_the_parts_fault(tmp_path: Path) -> None:
     (tmp_path / "part.stl").write_bytes(b"\0" * 90)
     said = refusal(tmp_path / "a.urdf", robot({"a": visual("<mesh filename='part.stl'/>")}))
