@@ -69,7 +69,7 @@ lowest:
 	$(UV) venv -q --clear --python $(PYTHON) $(LOWEST)
 	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \
 		--group build --all-extras -o $(LOWEST)/requirements.txt pyproject.toml
-	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset trimesh pycollada
+	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset
 	$(UV) pip install -q --python $(LOWEST) --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(LOWEST)/numba $(LOWEST)/bin/python -m pytest $(LOWEST_TESTS)
 

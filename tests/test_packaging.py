@@ -14,6 +14,7 @@ IMPORTED_AS = {
     "google-crc32c": "google_crc32c",
     "opencv-python-headless": "cv2",
     "mapbox-earcut": "mapbox_earcut",
+    "pycollada": "collada",
 }
 SOON = {"jinja2"}
 

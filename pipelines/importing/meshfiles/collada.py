@@ -1,19 +1,40 @@
-"""Reads COLLADA files (DAE): the geometry of the scene, its unit and its up axis."""
+"""Reads COLLADA files (DAE): the geometry of the scene, its unit and its up axis.
 
-from collections.abc import Callable, Iterator
+pycollada reads the scene: nodes, what they instantiate, and their transforms. Not left to it are
+
+- the geometry, since it drops the holes of polygons, takes no notice of an array's stride and offset, refuses arrays
+  whose columns have no names, takes negative indices for ones from the end, and keeps 24 bits of a coordinate;
+- the unit and axis, since it does not tell whether a file states its axis;
+- cameras, lights, materials and skins, since one that is damaged would cost the mesh; a skin's mesh is taken as bound;
+- `skew`, which it does not know, and `lookat`, whose matrix it transposes.
+"""
+
+import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from lxml import etree
 from numpy.typing import NDArray
 
 from pipelines.importing.meshfiles.collada_mesh import read_geometry
 from pipelines.importing.meshfiles.parts import FaceBudget, placed, together
-from pipelines.importing.meshfiles.xmlfile import Element, local_name, numbers, read_xml
+from pipelines.importing.meshfiles.xmlfile import Element, local_name, read_xml
 from synth.occluders.imported.shape import Triangles
+
+if TYPE_CHECKING:
+    from collada.scene import SceneNode
 
 Array = NDArray[np.float64]
 _MAX_DEPTH = 200
+_NAMESPACE = "{http://www.collada.org/2005/11/COLLADASchema}"
+_GRAPH = (
+    "library_nodes", "library_visual_scenes", "visual_scene", "node", "matrix", "translate", "rotate", "scale",
+    "instance_node", "instance_geometry", "scene", "instance_visual_scene",
+)  # fmt: skip
+"""Elements of a scene that count."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +59,7 @@ def read_collada(path: Path) -> tuple[Triangles, Asset]:
     root = read_xml(path)
     if local_name(root) != "COLLADA":
         raise ValueError(f"its root is <{local_name(root)}>, not <COLLADA>")
-    scene = _Scene(root)
-    return together(list(scene.parts())), _asset(root)
+    return together(list(_parts(root))), _asset(root)
 
 
 def _asset(root: Element) -> Asset:
@@ -54,117 +74,97 @@ def _asset(root: Element) -> Asset:
     return Asset(up[0].lower() if up in ("X_UP", "Y_UP", "Z_UP") else None, metre)
 
 
-class _Scene:
-    """The nodes of a DAE file that its scene shows."""
+def _parts(root: Element) -> Iterator[Triangles]:
+    """Every mesh where it is placed; all meshes of the file if it has no scene."""
+    from collada import Collada, DaeError
+    from collada.scene import DaeInstanceNotLoadedError
+
+    meshes, budget = _Meshes(root), FaceBudget()
+    try:
+        document = Collada(io.BytesIO(etree.tostring(_Graph(root).root)))
+    except (DaeError, DaeInstanceNotLoadedError) as error:
+        raise ValueError(error.msg) from None
+    scene = document.scene or next(iter(document.scenes), None)
+    if scene is None:
+        yield from meshes.all()
+        return
+    for node in scene.nodes:
+        yield from _placed(node, np.eye(4), meshes, budget, 0)
+
+
+def _placed(node: "SceneNode", T: Array, meshes: "_Meshes", budget: FaceBudget, depth: int) -> Iterator[Triangles]:
+    from collada.scene import GeometryNode, NodeNode
+
+    if depth > _MAX_DEPTH:
+        raise ValueError(f"its nodes are nested more than {_MAX_DEPTH} deep")
+    budget.take()
+    if isinstance(node, GeometryNode):
+        mesh = meshes.of(node.geometry.id)
+        budget.take(len(mesh.faces))
+        yield placed(mesh, T)
+    elif isinstance(node, NodeNode):
+        yield from _placed(node.node, T, meshes, budget, depth + 1)
+    else:
+        if not np.isfinite(node.matrix).all():
+            raise ValueError("a node's transform is not finite")
+        for child in node.children:
+            yield from _placed(child, T @ node.matrix.astype(np.float64), meshes, budget, depth + 1)
+
+
+class _Meshes:
+    """The geometries of a DAE file by their names, each read once."""
 
     def __init__(self, root: Element) -> None:
-        self._root = root
-        self._by_id = {element.get("id"): element for element in root.iter() if element.get("id")}
-        self._meshes: dict[str, Triangles] = {}
-        self._budget = FaceBudget()
+        self._elements = root.findall("{*}library_geometries/{*}geometry")
+        self._read: dict[str, Triangles] = {}
 
-    def parts(self) -> Iterator[Triangles]:
-        """Every mesh where it is placed; all meshes of the file if it has no scene."""
-        shown = self._root.find("{*}scene/{*}instance_visual_scene")
-        scenes = self._root.findall("{*}library_visual_scenes/{*}visual_scene")
-        if shown is not None:
-            scenes = [self._named(shown)]
-        if not scenes:
-            for geometry in self._root.findall("{*}library_geometries/{*}geometry"):
-                yield read_geometry(geometry)
-            return
-        for node in scenes[0].findall("{*}node"):
-            yield from self._placed(node, np.eye(4), 0)
+    def all(self) -> Iterator[Triangles]:
+        yield from map(read_geometry, self._elements)
 
-    def _placed(self, node: Element, T: Array, depth: int) -> Iterator[Triangles]:
+    def of(self, name: str) -> Triangles:
+        if name not in self._read:
+            self._read[name] = read_geometry(next(item for item in self._elements if item.get("id") == name))
+        return self._read[name]
+
+
+class _Graph:
+    """The scene of a DAE file without all that does not count, as pycollada wants it."""
+
+    def __init__(self, root: Element) -> None:
+        self._controllers = {item.get("id"): item for item in root.iter("{*}controller")}
+        self.root = etree.Element(f"{_NAMESPACE}COLLADA", version="1.4.1")
+        library = etree.SubElement(self.root, f"{_NAMESPACE}library_geometries")
+        for geometry in root.iterfind("{*}library_geometries/{*}geometry"):
+            stub = etree.SubElement(library, f"{_NAMESPACE}geometry", id=geometry.get("id", ""))
+            etree.SubElement(stub, f"{_NAMESPACE}mesh")
+        for child in root:
+            self._copy(child, self.root, 0)
+
+    def _copy(self, element: Element, parent: Element, depth: int) -> None:
+        kind = local_name(element)
         if depth > _MAX_DEPTH:
             raise ValueError(f"its nodes are nested more than {_MAX_DEPTH} deep")
-        self._budget.take()
-        for child in node:
-            make = _TRANSFORMS.get(local_name(child))
-            if make is not None:
-                T = T @ make(child)
-        for child in node:
-            kind = local_name(child)
-            if kind == "node":
-                yield from self._placed(child, T, depth + 1)
-            elif kind == "instance_node":
-                yield from self._placed(self._named(child), T, depth + 1)
-            elif kind == "instance_geometry":
-                yield self._taken(self._mesh(self._named(child)), T)
-            elif kind == "instance_controller":
-                mesh, bind = self._controlled(self._named(child), 0)
-                yield self._taken(mesh, T @ bind)
+        if kind in ("skew", "lookat"):
+            raise ValueError(f"it has a node with <{kind}>, which is not read")
+        if kind == "instance_controller":
+            self._bind(element, "url", parent, depth)
+        if kind in _GRAPH:
+            made = etree.SubElement(parent, _NAMESPACE + kind, dict(element.attrib))
+            made.text = element.text
+            for child in element:
+                self._copy(child, made, depth + 1)
 
-    def _taken(self, mesh: Triangles, T: Array) -> Triangles:
-        self._budget.take(len(mesh.faces))
-        return placed(mesh, T)
-
-    def _controlled(self, controller: Element, depth: int) -> tuple[Triangles, Array]:
-        """The mesh under a skin or morph, as it was bound, and where."""
-        for kind in ("skin", "morph"):
-            found = controller.find(f"{{*}}{kind}")
-            if found is not None and depth < _MAX_DEPTH:
-                source = self._named(found, "source")
-                bind = found.find("{*}bind_shape_matrix")
-                T = np.eye(4) if bind is None else _square(bind)
-                if local_name(source) == "controller":
-                    mesh, inner = self._controlled(source, depth + 1)
-                    return mesh, T @ inner
-                return self._mesh(source), T
-        raise ValueError(f"its controller {controller.get('id')!r} has no mesh")
-
-    def _mesh(self, geometry: Element) -> Triangles:
-        name = geometry.get("id", "")
-        if name not in self._meshes:
-            self._meshes[name] = read_geometry(geometry)
-        return self._meshes[name]
-
-    def _named(self, element: Element, attribute: str = "url") -> Element:
+    def _bind(self, element: Element, attribute: str, parent: Element, depth: int) -> None:
+        """Puts the mesh under a skin or morph, as it was bound."""
         url = element.get(attribute, "")
-        found = self._by_id.get(url.removeprefix("#"))
-        if not url.startswith("#") or found is None:
-            raise ValueError(f"<{local_name(element)}> names {url!r}, which is not in the file")
-        return found
-
-
-def _square(element: Element) -> Array:
-    return np.array(_exactly(element, 16)).reshape(4, 4)
-
-
-def _exactly(element: Element, n: int) -> list[float]:
-    values = numbers(element.text)
-    if len(values) != n or not np.isfinite(values).all():
-        raise ValueError(f"<{local_name(element)}> must hold {n} finite numbers, it holds {len(values)}")
-    return values
-
-
-def _shift(element: Element) -> Array:
-    T = np.eye(4)
-    T[:3, 3] = _exactly(element, 3)
-    return T
-
-
-def _turn(element: Element) -> Array:
-    x, y, z, degrees = _exactly(element, 4)
-    length = float(np.linalg.norm((x, y, z)))
-    T = np.eye(4)
-    if length > 0.0:
-        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) / length
-        angle = np.radians(degrees)
-        T[:3, :3] += np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
-    return T
-
-
-def _scaling(element: Element) -> Array:
-    return np.diag([*_exactly(element, 3), 1.0])
-
-
-def _unknown(element: Element) -> Array:
-    raise ValueError(f"it has a node with <{local_name(element)}>, which is not read")
-
-
-_TRANSFORMS: dict[str, Callable[[Element], Array]] = {
-    "matrix": _square, "translate": _shift, "rotate": _turn, "scale": _scaling, "skew": _unknown,
-    "lookat": _unknown,
-}  # fmt: skip
+        controller = self._controllers.get(url.removeprefix("#"))
+        if controller is None and attribute == "source":
+            etree.SubElement(parent, f"{_NAMESPACE}instance_geometry", url=url)
+            return
+        found = None if controller is None else next(controller.iterchildren("{*}skin", "{*}morph"), None)
+        if found is None or depth > _MAX_DEPTH:
+            raise ValueError(f"its controller {url!r} has no mesh")
+        node = etree.SubElement(parent, f"{_NAMESPACE}node")
+        if (bind := found.find("{*}bind_shape_matrix")) is not None:
+            etree.SubElement(node, f"{_NAMESPACE}matrix").text = bind.text
+        self._bind(found, "source", node, depth + 1)

@@ -1,4 +1,8 @@
-"""Reads glTF 2.0: GLB files, and GLTF files with their buffers."""
+"""Reads glTF 2.0: GLB files, and GLTF files with their buffers.
+
+Not with trimesh, which leaves normalised (quantised) positions as integers, takes sparse arrays for zeros, drops fans,
+shows nothing of a file without scenes, and takes compressed meshes for plain ones.
+"""
 
 import base64
 import json

@@ -1,4 +1,8 @@
-"""Reads Wavefront OBJ files."""
+"""Reads Wavefront OBJ files.
+
+Not with trimesh, which fans polygons where they are concave, takes index 0 for the last vertex, and does not read faces
+whose corners are written in different ways (`1/1/1 2//2 3`).
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,8 @@
-"""Reads PLY files: ASCII, and binary in both byte orders."""
+"""Reads PLY files: ASCII, and binary in both byte orders.
+
+Not with trimesh, which fans polygons where they are concave, and gives triangles only. (The package plyfile reads
+polygons, but its licence, the GPL, is not one that we can ask for.)
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

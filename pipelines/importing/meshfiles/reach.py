@@ -4,9 +4,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
-from xml.etree import ElementTree
 
 from pipelines.foreign import ForeignFileError
+from pipelines.importing.meshfiles.xmlfile import read_xml
 
 _PACKAGE = re.compile(r"(?:package|model)://+([^/]+)/+(.*)", re.DOTALL)
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]+:")
@@ -89,7 +89,6 @@ def _unix(name: str) -> str:
 def _package_name(folder: Path) -> str | None:
     path = folder / "package.xml"
     try:
-        data = path.read_bytes() if path.is_file() else b""
-        return (ElementTree.fromstring(data).findtext("name") or "").strip() if b"<!" not in data[:200] else None
-    except (OSError, ElementTree.ParseError, LookupError, ValueError):
+        return (read_xml(path).findtext("name") or "").strip() if path.is_file() else None
+    except (OSError, ValueError):
         return None

@@ -104,6 +104,51 @@ def test_transforms_of_dae_nodes_are_applied_in_their_order(tmp_path: Path) -> N
     assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() == pytest.approx(2.0 * volume)  # still outwards
 
 
+def test_nodes_and_skins_are_shown_where_they_are_instantiated(tmp_path: Path) -> None:
+    library = "<library_nodes><node id='n'><translate>0 0 5</translate><instance_geometry url='#g'/></node>"
+    library += "</library_nodes><library_controllers><controller id='c'><skin source='#g'><bind_shape_matrix>"
+    library += "2 0 0 0 0 2 0 0 0 0 2 -9 0 0 0 1</bind_shape_matrix></skin></controller></library_controllers>"
+    text = dae_text(CHAIR, node="<scale>1 1 3</scale>").replace("<library_visual", library + "<library_visual")
+    nodes = "<instance_node url='#n'/><instance_controller url='#c'/><node><instance_camera url='#gone'/></node>"
+    file = read(
+        tmp_path / "a.dae", text.replace("<instance_geometry url='#g'/></node></visual", nodes + "</node></visual")
+    )
+    points = vertices_of(CHAIR)
+    wanted = [(points + np.array((0, 0, 5))) * (1, 1, 3), (2 * points - np.array((0, 0, 9))) * (1, 1, 3)]
+    assert same_points(file.triangles.vertices, np.concatenate(wanted))
+    plain = read(tmp_path / "b.dae", text.replace("http://www.collada.org/2005/11/COLLADASchema", ""))
+    assert same_points(plain.triangles.vertices, points * (1, 1, 3))
+    assert "<skew>" in refusal(tmp_path / "c.dae", dae_text(CHAIR, node="<skew>45 1 0 0 0 1 0</skew>"))
+    deep = "<node>" * 250 + "</node>" * 250
+    assert "nested more than" in refusal(tmp_path / "d.dae", dae_text(CHAIR, node=deep))
+
+
+def solid(name: str, normal: str = "0 0 1") -> str:
+    corners = "".join(f"  vertex {x} {y} 0.0E+00\r\n" for x, y in ((0, 0), (2, 0), (0, 1)))
+    facet = f"FACET normal {normal}\r\n outer loop\r\n{corners} endloop\r\nendfacet\r\n"
+    return f"solid {name}\r\n{facet}endsolid {name}\r\n"
+
+
+def test_solids_of_an_stl_count_all(tmp_path: Path) -> None:
+    both = solid("St\u00fchl, vertex 1") + solid("")
+    for text in (both, both.rpartition("endsolid")[0]):
+        assert area(read(tmp_path / "a.stl", text.encode("latin-1"))) == pytest.approx((0.0, 0.0, 2.0, 2.0))
+    record = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 7)
+    for head, tail in ((b"solid a", b""), (b"a", b""), (b"a", b"colours")):
+        data = head.ljust(80) + struct.pack("<I", 2) + record * 2 + tail
+        assert area(read(tmp_path / "b.stl", data)) == pytest.approx((0.0, 0.0, 2.0, 2.0))
+    middle = solid("a").replace("endsolid a", "") + solid("b")
+    assert area(read(tmp_path / "c.stl", middle)) == pytest.approx((0.0, 0.0, 2.0, 2.0))
+
+
+def test_libraries_log_nothing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("DEBUG")
+    assert len(read(tmp_path / "a.stl", solid("a", "none of three")).triangles.faces) == 1
+    refusal(tmp_path / "a.urdf", "<robot name='r'><link name='a'/><joint name='j' type='fixed'/></robot>")
+    refusal(tmp_path / "a.dae", dae_text(TABLE, node="<matrix>1</matrix>"))
+    assert not caplog.records
+
+
 def quantised() -> tuple[dict, np.ndarray]:
     """The chair as interleaved normalised int16 positions under a node that scales them back."""
     tree = gltf_tree(CHAIR)
@@ -217,8 +262,8 @@ def test_a_small_file_that_promises_much_is_refused_before_memory_is_taken(tmp_p
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n", "no vertices with x, y and z"),
         ("a.dae", "<COLLADA><asset>", "no well-formed XML"),
         ("a.dae", "<html></html>", "its root is <html>"),
-        ("a.dae", dae_text(TABLE, node="<rotate>1 0</rotate>"), "<rotate> must hold 4 finite numbers, it holds 2"),
-        ("a.dae", dae_text(TABLE).replace("url='#g'", "url='#h'"), "names '#h', which is not in the file"),
+        ("a.dae", dae_text(TABLE, node="<rotate>1 0</rotate>"), "Rotate node requires four float values"),
+        ("a.dae", dae_text(TABLE).replace("url='#g'", "url='#h'"), "Geometry #h not found in library"),
         ("a.dae", dae_text(TABLE).replace("source='#p'", "source='#q'"), "the source 'q'"),
         ("a.dae", dae_text(TABLE, asset="<unit meter='-1'/>"), "its unit is -1 m"),
         ("a.gltf", "{" * 100_000, "is damaged, or not a glTF file"),
