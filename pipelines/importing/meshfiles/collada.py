@@ -150,7 +150,7 @@ class _Graph:
             self._bind(element, "url", parent, depth)
         if kind in _GRAPH:
             made = etree.SubElement(parent, _NAMESPACE + kind, dict(element.attrib))
-            made.text = element.text
+            made.text = element.text or " "  # pycollada wants a text
             for child in element:
                 self._copy(child, made, depth + 1)
 

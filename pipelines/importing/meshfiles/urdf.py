@@ -95,7 +95,7 @@ def _check_no_macros(path: Path, root: Element) -> None:
 
 
 def _reduce(root: Element) -> None:
-    """Takes away all that does not count.
+    """Takes away all that does not count, and names what has no name.
 
     Raises:
         ValueError: A visual has no geometry.
@@ -106,6 +106,10 @@ def _reduce(root: Element) -> None:
                 element.remove(child)
     for element in root.iter("robot", "link", "joint"):
         element.set("name", element.get("name", ""))
+    for joint in root.iter("joint"):
+        for end in ("parent", "child"):
+            if joint.find(end) is None:
+                etree.SubElement(joint, end, link="")  # told later, by the joint's name
     for limit in root.iter("limit"):
         for name in ("effort", "velocity"):
             limit.attrib.pop(name, None)
@@ -129,7 +133,7 @@ def _parsed(root: Element) -> "Robot":
     try:
         robot = URDF.load(io.BytesIO(etree.tostring(root)), build_scene_graph=False, load_meshes=False).robot
     except (AttributeError, IndexError, KeyError, TypeError) as error:
-        raise ValueError(f"a joint or a solid lacks something that it must have ({error})") from None
+        raise ValueError(f"something lacks what it must have: {error}") from None
     for joint in robot.joints:
         check_joint(joint)
     return robot

@@ -263,6 +263,7 @@ def test_a_small_file_that_promises_much_is_refused_before_memory_is_taken(tmp_p
         ("a.dae", "<COLLADA><asset>", "no well-formed XML"),
         ("a.dae", "<html></html>", "its root is <html>"),
         ("a.dae", dae_text(TABLE, node="<rotate>1 0</rotate>"), "Rotate node requires four float values"),
+        ("a.dae", dae_text(TABLE, node="<translate/>"), "Translate node requires three float values"),
         ("a.dae", dae_text(TABLE).replace("url='#g'", "url='#h'"), "Geometry #h not found in library"),
         ("a.dae", dae_text(TABLE).replace("source='#p'", "source='#q'"), "the source 'q'"),
         ("a.dae", dae_text(TABLE, asset="<unit meter='-1'/>"), "its unit is -1 m"),

@@ -191,6 +191,8 @@ def test_files_outside_the_folder_need_to_be_allowed(tmp_path: Path) -> None:
             robot({"a": BOX, "b": ""}, joint("fixed", "a", "b") + joint("fixed", "b", "a")),
             "0 links hang on nothing",
         ),
+        (robot({"a": BOX}, "<joint name='j' type='fixed'/>"), "joint 'j' names the link '', which is not there"),
+        (robot({"a": visual("<cylinder radius='1'/>")}), "something lacks what it must have: 'length'"),
         (robot({"a": BOX, "b": ""}, joint("hinge", "a", "b")), "has type 'hinge', known are revolute"),
         (
             robot({"a": BOX, "b": ""}, joint("prismatic", "a", "b", "<limit lower='.2'/>")),
