@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from pipelines.commands.import_mocap import MocapSettings
-from pipelines.importing.mocap import trial_and_subject
+from pipelines.importing.subjects import trial_and_subject
 from synth.bodies.body import Pose
 from synth.bodies.mocap.bvh import Bvh, parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.mocap.source import Source, read_source, read_source_from_positions
+from synth.bodies.mocap.text import decode_bvh
 from synth.bodies.poses.landmarks import landmarks_of
 from synth.bodies.poses.library import FOOT_UP, PoseLibrary
 from synth.bodies.poses.place import place_pose
@@ -237,7 +238,7 @@ def main() -> None:
     parser.add_argument("--positions", action="store_true")
     args = parser.parse_args()
     files = sorted(args.folder.rglob("*.bvh"))
-    recordings = [parse_bvh(path.read_text(encoding="utf-8")) for path in files]
+    recordings = [parse_bvh(decode_bvh(path.read_bytes())) for path in files]
     sources = [read_source(bvh) for bvh in recordings]
     if args.positions:
         show_positions(recordings, sources)

@@ -21,8 +21,8 @@ from pipelines.corpus import Corpus
 from pipelines.models.asking import Contestant, ask
 from pipelines.models.opening import open_model
 from pipelines.predicting.smooth import TrackSmoother
+from pipelines.recordings.choosing import choose_layout
 from pipelines.recordings.frames import Options, RecordedFrames
-from pipelines.recordings.layout import choose_layout
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, JointState
 

@@ -28,5 +28,5 @@ for k, name in enumerate(predictor.joints):
     error = np.linalg.norm(estimate.joints[k] - frame.joints[k])
     state = "hidden" if frame.is_occluded[k] else "seen"
     print(f"{name:11} {state:7} off by {100 * error:5.1f} cm, hidden with {estimate.hidden_probability[k]:.2f}")
-pixels = PixelLabels(predictor.label_pixels(frame.depth, frame.camera), predictor.classes.names)
+pixels = PixelLabels(predictor.label_pixels(frame.depth, frame.camera), predictor.classes)
 cv2.imwrite(str(out / "joints.png"), overlay(frame.depth, estimate, predictor.joints, pixels))

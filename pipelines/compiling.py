@@ -5,7 +5,6 @@ import functools
 import importlib.abc
 import importlib.machinery
 import importlib.util
-import logging
 import sys
 import threading
 import time
@@ -13,15 +12,13 @@ from collections.abc import Callable, Iterator, Sequence
 from types import ModuleType
 from typing import Any
 
-log = logging.getLogger(__name__)
-
 PATIENCE_S = 1.0
 """Compiling that takes less is not worth a line."""
 
 
 @contextlib.contextmanager
 def compiling_announced() -> Iterator[None]:
-    """Logs a line when numba has compiled for a while, and at the end how long it did.
+    """Says when numba has compiled for a while, and at the end how long it did.
 
     numba is watched as soon as something imports it; it is not imported for that. Kernels that it reads from its
     cache are not compiled.
@@ -34,13 +31,20 @@ def compiling_announced() -> Iterator[None]:
         finally:
             watch.stop()
             if watch.is_told:
-                log.info("compiling kernels took %.0f s; the next run does without", watch.seconds)
+                _say(f"compiling kernels took {watch.seconds:.0f} s; the next run does not need it")
 
 
 @functools.cache
 def announce() -> None:
-    """Logs that kernels are being compiled, here or in a worker process: once in a command."""
-    log.info("compiling kernels, once per installation ...")
+    """Says that kernels are being compiled, here or in a worker process: once in a command."""
+    _say("compiling kernels, once per installation ...")
+
+
+def _say(words: str) -> None:
+    """Writes a line to standard error: standard output is for results, which other programs read."""
+    if sys.stderr:
+        sys.stderr.write(words + "\n")
+        sys.stderr.flush()
 
 
 class CompileWatch:

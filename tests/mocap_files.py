@@ -70,6 +70,18 @@ def standing_root(angles: NDArray[np.float64], R: NDArray[np.float64] | None = N
     return T
 
 
+def resting_root(
+    angles: NDArray[np.float64], R: NDArray[np.float64] | None = None, clearance: float = 0.07
+) -> NDArray[np.float64]:
+    """(4, 4) T_world_root with the lowest of hips, neck, elbows, knees and ankles so high above the floor [m]."""
+    names = ["root", "neck_flexion"]
+    names += [f"{s}_{name}" for s in "lr" for name in ("elbow_flexion", "knee_flexion", "ankle_inversion")]
+    T = np.eye(4)
+    T[:3, :3] = np.eye(3) if R is None else R
+    T[2, 3] = clearance - float(link_transforms(SKELETON, angles, T)[[LINK_IDX[n] for n in names], 2, 3].min())
+    return T
+
+
 def bvh_text(
     poses: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
     unit: float = 0.01,

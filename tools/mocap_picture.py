@@ -18,6 +18,7 @@ from synth.bodies.body import Body, Pose
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import heading_of
 from synth.bodies.mocap.source import Source, read_source
+from synth.bodies.mocap.text import decode_bvh
 from synth.bodies.poses.library import PoseLibrary, read_library
 from synth.bodies.poses.place import place_pose
 from synth.bodies.poses.sit import seat_contact, seat_height_of
@@ -140,7 +141,7 @@ def main() -> None:
     rows = np.sort(rng.permutation(np.flatnonzero(is_wanted))[: args.n])
     files = {path.name: path for path in args.folder.rglob("*.bvh")}
     needed = {library.trials[int(library.trial[row])].file for row in rows}
-    recordings = {name: parse_bvh(files[name].read_text(encoding="utf-8-sig")) for name in needed}
+    recordings = {name: parse_bvh(decode_bvh(files[name].read_bytes())) for name in needed}
     sources = {name: read_source(bvh) for name, bvh in recordings.items()}
     pairs = []
     for row in rows:

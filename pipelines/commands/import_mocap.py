@@ -9,6 +9,7 @@ import tyro
 
 from pipelines.importing.mocap import MocapOptions, import_mocap, read_mapping
 from pipelines.importing.splits import SplitRule
+from pipelines.importing.subjects import SubjectFrom
 from pipelines.targets import check_file
 from storage.ranges import MAX_SEED, check_fields
 from synth.bodies.poses.library import PoseLibrary, read_library, write_library
@@ -30,6 +31,9 @@ class MocapSettings:
             convention.
         distance: Poses of one subject count as duplicates, and only one is kept, if no joint is farther apart than
             this [m].
+        subject_from: What tells whose recording a file is. 'folder' takes the folder; 'name' takes what the file's
+            name begins with, after any date; 'auto' takes the first number of names such as '02_06_any.bvh', and
+            else the folder.
         train: Subjects, or patterns such as '0*', for the train split.
         val: Subjects or patterns for the val split.
         test: Subjects or patterns for the test split; '*' puts all subjects there.
@@ -41,6 +45,7 @@ class MocapSettings:
     out: Path
     mapping: Path | None = None
     distance: float = 0.06
+    subject_from: SubjectFrom = "auto"
     train: tuple[str, ...] = ()
     val: tuple[str, ...] = ()
     test: tuple[str, ...] = ()
@@ -73,5 +78,6 @@ class MocapSettings:
             UserError: There is no file, or none can be used.
         """
         custom = None if self.mapping is None else read_mapping(self.mapping)
-        options = MocapOptions(SplitRule(self.train, self.val, self.test, self.seed), custom, self.distance)
+        splits = SplitRule(self.train, self.val, self.test, self.seed)
+        options = MocapOptions(splits, custom, self.distance, self.subject_from)
         return import_mocap(self.folder, options)

@@ -30,7 +30,7 @@ class PredictSettings:
 
     Attributes:
         model: File of the model.
-        depth: A folder of recordings, or depth files: PNG, .npy, .raw, .pcd, .h5.
+        depth: A folder of recordings, or depth files: PNG, PGM, TIFF, EXR, .npy, .raw, .pcd, .h5.
         out: Folder for the results.
         layout: Name of a known layout, or a .toml file. By default the layout is found from the contents of the
             folder.

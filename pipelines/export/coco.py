@@ -19,6 +19,7 @@ def export_coco(job: ExportJob) -> None:
     """Writes MAP/SPLIT/NUMBER.png and annotations/SPLIT.json."""
     for name in MAPS:
         (job.folder / name / job.split).mkdir(parents=True)
+    has_labels = job.corpus.header.config.get("import", {}).get("parts") != "none"
     images, annotations = [], []
     for index in job.indices:
         frame = job.frame(index)
@@ -26,7 +27,8 @@ def export_coco(job: ExportJob) -> None:
             path = job.folder / name / job.split / f"{index:07d}.png"
             path.write_bytes(png_bytes(getattr(frame, name)))
         images.append(image_entry(frame, job.split))
-        annotations.append(annotation_entry(frame))
+        if (entry := annotation_entry(frame, has_labels)) is not None:
+            annotations.append(entry)
         job.on_frame()
     document = {
         "info": {
@@ -69,9 +71,16 @@ def image_entry(frame: Frame, split: str) -> dict:
     }
 
 
-def annotation_entry(frame: Frame) -> dict:
-    """The person: box, area and mask of the seen pixels, 15 keypoints."""
-    seen, alone = frame.part > 0, frame.body_part > 0
+def annotation_entry(frame: Frame, has_labels: bool = True) -> dict | None:
+    """The person: box, area and mask of the seen pixels, 15 keypoints; None if there is none.
+
+    Args:
+        frame: The frame.
+        has_labels: Pixels are labelled; those of recordings without joints are not, and all their depth is the person.
+    """
+    seen, alone = (frame.part > 0, frame.body_part > 0) if has_labels else (frame.depth > 0, frame.depth > 0)
+    if not alone.any():
+        return None
     visibility = keypoint_visibility(frame.joint_state)
     keypoints: list[float] = []
     for (u, v), shown in zip(frame.joints_2d.tolist(), visibility.tolist(), strict=True):

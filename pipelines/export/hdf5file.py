@@ -33,8 +33,12 @@ class _Sink(io.FileIO):
 
 
 @contextmanager
-def writing_hdf5(path: Path) -> Iterator[Any]:
+def writing_hdf5(path: Path, libver: tuple[str, str] | None = None) -> Iterator[Any]:
     """A new HDF5 file; whole if the block and its end raise nothing.
+
+    Args:
+        path: The file.
+        libver: Oldest and newest version of HDF5 whose format is used, as h5py names them; None = h5py's choice.
 
     Raises:
         OSError: It cannot be written; names the path.
@@ -42,7 +46,7 @@ def writing_hdf5(path: Path) -> Iterator[Any]:
     import h5py
 
     with _Sink(path, "w+") as sink:
-        with h5py.File(sink, "w") as file:
+        with h5py.File(sink, "w", libver=libver) as file:
             yield file
         if sink.error is not None:
             raise OSError(sink.error.errno, sink.error.strerror, str(path)) from sink.error

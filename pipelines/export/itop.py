@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.errors import UserError
 from pipelines.export.hdf5file import writing_hdf5
 from pipelines.export.records import ExportJob
+from pipelines.recordings.itop import INTRINSICS_KEY, UNKNOWN_KEY, UNKNOWN_TEXT
 from synth.frame import Frame
 from synth.vocabulary import JOINT_NAMES, PART_NAMES, JointState
 
@@ -24,6 +26,8 @@ ITOP_JOINTS = (
 FROM_OURS = np.array([JOINT_NAMES.index(name) for name in ITOP_JOINTS])
 """(15,) our index of each of ITOP's joints."""
 BACKGROUND = -1
+_LIBVER = ("v108", "v108")
+"""Attributes may be larger than 64 KiB since then, as those of many frames are."""
 _Y_UP = np.array([1, -1, 1], dtype=np.float32)
 _JOINT_OF_PART = {
     "head": "head", "neck": "neck", "torso": "torso",
@@ -47,13 +51,19 @@ SEGMENT_OF_PART = np.array([BACKGROUND, *(_segment_of(part) for part in PART_NAM
 
 
 def export_itop(job: ExportJob) -> None:
-    """Writes SPLIT_depth_map.h5 and SPLIT_labels.h5."""
+    """Writes SPLIT_depth_map.h5 and SPLIT_labels.h5.
+
+    Raises:
+        UserError: No joint is known in the split, as in recordings without joints.
+    """
+    if not np.isfinite(job.corpus.arrays("joints", job.indices)).any():
+        raise UserError(f"no joint is known in {job.corpus.path}, split {job.split}; ITOP's files need joints")
     header = job.corpus.header
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})
     with (
-        writing_hdf5(job.folder / f"{job.split}_depth_map.h5") as maps,
-        writing_hdf5(job.folder / f"{job.split}_labels.h5") as labels,
+        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", _LIBVER) as maps,
+        writing_hdf5(job.folder / f"{job.split}_labels.h5", _LIBVER) as labels,
     ):
         for file in (maps, labels):
             _describe(file, job, subjects)
@@ -109,6 +119,9 @@ def _describe(file: Any, job: ExportJob, subjects: list[str]) -> None:
     file.attrs["left_and_right"] = "the person's own"
     file.attrs["real_world_coordinates"] = "camera frame, metres, x right, y up, z along the optical axis"
     file.attrs["segmentation"] = "-1 is background, else the joint's number"
-    file.attrs["intrinsics"] = job.corpus.arrays("intrinsics", job.indices)
+    intrinsics = job.corpus.arrays("intrinsics", job.indices)
+    is_one = bool((intrinsics == intrinsics[0]).all())
+    file.attrs[INTRINSICS_KEY] = intrinsics[0] if is_one else intrinsics
+    file.attrs[UNKNOWN_KEY] = UNKNOWN_TEXT
     file.attrs["corpus_digest"] = job.corpus.digest
     file.attrs["subjects"] = subjects

@@ -3,19 +3,35 @@
 import functools
 import hashlib
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pipelines.corpus import Order
 from pipelines.errors import UserError
+from pipelines.progress import progress
 from pipelines.recordings.entries import list_files
 from pipelines.recordings.frames import Options, RecordedFrames
 from pipelines.recordings.layout import Layout
 from synth.vocabulary import SPLITS
 
 
-def recorded_order(folder: Path, layout: Layout, options: Options) -> Order[RecordedFrames]:
-    """A corpus of the frames of a folder.
+@dataclass(frozen=True)
+class Recorded:
+    """A corpus to be made of a folder's frames.
+
+    Attributes:
+        order: The corpus.
+        left_out: Why each of the other frames cannot be used.
+        unlikely: What is unlikely of frames that are used.
+    """
+
+    order: Order[RecordedFrames]
+    left_out: tuple[str, ...]
+    unlikely: tuple[str, ...]
+
+
+def recorded_order(folder: Path, layout: Layout, options: Options) -> Recorded:
+    """A corpus of the frames of a folder that can be used, which are found by reading all of them first.
 
     Args:
         folder: Where the recordings are.
@@ -23,18 +39,40 @@ def recorded_order(folder: Path, layout: Layout, options: Options) -> Order[Reco
         options: How they become frames.
 
     Raises:
-        UserError: The folder has no frames.
+        UserError: The folder has no frames, or none that can be used.
     """
-    make = functools.partial(RecordedFrames, folder, layout, options)
+    frames = RecordedFrames(folder, layout, options)
+    usable, left_out, unlikely = [], [], []
+    for entry in progress(frames.entries, "frame", "read"):
+        try:
+            sentence = frames.read(entry)[2]
+        except (UserError, OSError) as error:
+            left_out.append(str(error))
+            continue
+        usable.append(entry)
+        if sentence:
+            unlikely.append(sentence)
+    if not usable:
+        raise UserError(f"{folder} has no frame that can be used; the first of {len(left_out)}: {left_out[0]}")
     config = {
         "import": {
             "parts": "none" if layout.annotation is None else "geodesic",
             "files": files_digest(folder, layout),
-            "layout": asdict(layout),
+            "layout": _values(layout),
             **asdict(options),
+            **({"left_out": len(left_out)} if left_out else {}),
         }
     }
-    return Order(0, len(make()), config, make)
+    make = functools.partial(RecordedFrames, folder, layout, options, tuple(usable))
+    return Recorded(Order(0, len(usable), config, make), tuple(left_out), tuple(unlikely))
+
+
+def _values(layout: Layout) -> dict:
+    """A layout as a corpus tells it: the unit of integers always, what else is rare only where it is given."""
+    rare = {"swap_bytes": layout.swap_bytes, "floats_mm_per_unit": layout.mm_per_unit}
+    values = asdict(layout) | {"mm_per_unit": layout.mm_per_unit or 1.0}
+    del values["swap_bytes"]
+    return values | {key: value for key, value in rare.items() if value}
 
 
 def parse_shares(text: str) -> tuple[float, float, float]:

@@ -1,24 +1,29 @@
 """A pose library out of BVH motion capture."""
 
+import contextlib
 import logging
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from pipelines.foreign import ForeignFileError, check_size, reading
 from pipelines.importing.splits import SplitRule
+from pipelines.importing.subjects import Named, SubjectFrom, numbers_in_folders, subjects_of
 from pipelines.progress import progress
 from pipelines.settings import read_toml
-from synth.bodies.mocap.bvh import Bvh, MocapError, parse_bvh
+from synth.bodies.mocap.bvh import Bvh, parse_bvh
 from synth.bodies.mocap.ground import Support, find_support
+from synth.bodies.mocap.reach import limb_errors
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import Convention
 from synth.bodies.mocap.select import joint_places, unlike_poses
 from synth.bodies.mocap.source import read_source
+from synth.bodies.mocap.text import MocapError, decode_bvh
 from synth.bodies.poses.library import (
     FOOT_DOWN,
     FOOT_FLAT,
@@ -38,6 +43,12 @@ FRAMES_A_SECOND = 30.0
 """Of faster recordings, every second, third, ... frame is looked at."""
 AVERAGE = BodySpec(1.70, 68.0, 0.5, 35.0)
 """A pose that cannot be put on this body is dropped."""
+MAX_MISS = np.radians(20.0)
+"""A pose with a limb farther than this off the recording is dropped."""
+BYTES_A_BYTE = 8
+"""Memory that a byte of a BVH file takes while it is read."""
+BYTES_A_JOINT = 500
+"""Memory that a joint takes in a frame."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +59,35 @@ class MocapOptions:
         splits: Deals the subjects to the splits.
         custom: Names of joints, for files with names of their own.
         distance: Poses of one subject in which no joint differs by more than this are dropped but for one [m].
+        subject_from: What tells whose recording a file is.
     """
 
     splits: SplitRule = field(default_factory=SplitRule)
     custom: Convention | None = None
     distance: float = 0.06
+    subject_from: SubjectFrom = "auto"
 
     def __post_init__(self) -> None:
         if not self.distance >= 0.0:
             raise UserError(f"distance={self.distance} must not be negative")
+
+
+class FrameCounts(NamedTuple):
+    """What became of a recording's frames; each is counted once.
+
+    Attributes:
+        t_poses: They are T-poses.
+        on_floor: Somebody lies, kneels, crawls or sits on the floor.
+        unsupported: Nothing carries the person: in the air, climbing, or on the way to a seat.
+        out_of_reach: A limb is more than `MAX_MISS` off, because our joint limits end before.
+        open: The others, of which those that differ are kept.
+    """
+
+    t_poses: int
+    on_floor: int
+    unsupported: int
+    out_of_reach: int
+    open: int
 
 
 @dataclass(frozen=True)
@@ -66,16 +97,12 @@ class Recording:
     Attributes:
         poses: They, as a library of one recording.
         places: (n, 15, 3) joints of an average body in them [m].
-        n_frames: Frames that were looked at.
-        n_t_poses: Those that are T-poses.
-        n_open: Those that stand or sit.
+        counts: What became of the frames that were looked at.
     """
 
     poses: PoseLibrary
     places: NDArray[np.float64]
-    n_frames: int
-    n_t_poses: int
-    n_open: int
+    counts: FrameCounts
 
     @property
     def trial(self) -> Trial:
@@ -100,11 +127,18 @@ def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
         raise UserError(f"{folder} has no .bvh files")
     recordings: list[Recording] = []
     refused: list[str] = []
+    subjects = subjects_of(files, folder, options.subject_from)
+    for number, folders in numbers_in_folders(subjects) if options.subject_from == "auto" else ():
+        log.warning(
+            "files that begin with %s are in the folders %s and are taken for one subject; if each folder is a person, "
+            "say --subject-from folder", number, ", ".join(folders),
+        )  # fmt: skip
     for path in progress(files, "file", "import mocap"):
         try:
-            recordings.append(_read(path, recordings, options))
-        except (MocapError, OSError, UnicodeDecodeError) as error:
-            refused.append(f"refused: {path} {error}")
+            with reading_bvh(path):
+                recordings.append(_read(path, subjects[path], recordings, options))
+        except ForeignFileError as error:
+            refused.append(f"refused: {error}")
     for line in refused:
         log.warning("%s", line)
     if not recordings:
@@ -134,42 +168,76 @@ def read_mapping(path: Path) -> Convention:
         raise UserError(f"{path}: {error}") from None
 
 
-def trial_and_subject(path: Path) -> tuple[str, str]:
-    """Names of a recording and its subject: "02_06" and "02" of 02_06_x.bvh; else by the folder."""
-    numbered = re.match(r"(\d+)_(\d+)(?:_|$)", path.stem)
-    if numbered:
-        return f"{numbered[1]}_{numbered[2]}", numbered[1]
-    subject = path.resolve().parent.name
-    return f"{subject}_{path.stem}", subject
+@contextlib.contextmanager
+def reading_bvh(path: Path) -> Iterator[None]:
+    """Reads a BVH file inside; whatever is wrong with it becomes one sentence that names it.
+
+    Raises:
+        ForeignFileError: The file cannot be used.
+    """
+    with reading(path, "a BVH file"):
+        try:
+            yield
+        except MocapError as error:
+            raise ForeignFileError(f"{path} {error}") from None
 
 
-def _read(path: Path, earlier: Sequence[Recording], options: MocapOptions) -> Recording:
-    name, subject = trial_and_subject(path)
-    for recording in earlier:
-        if recording.trial.name == name:
-            raise MocapError(f"is trial {name} again, which was already read from {recording.trial.file}")
-    bvh = parse_bvh(path.read_text(encoding="utf-8-sig"))
+def read_bvh(path: Path) -> Bvh:
+    """Reads a BVH file of any encoding and tells what is odd about it.
+
+    Raises:
+        MocapError: It is none, or damaged.
+        ForeignFileError: It is too large.
+        OSError: It cannot be opened.
+    """
+    check_size(path, BYTES_A_BYTE * path.stat().st_size, "its text")
+    bvh = parse_bvh(decode_bvh(path.read_bytes()))
     n_frames = len(bvh.values) + bvh.n_broken
     if n_frames < bvh.n_promised:
         log.warning("%s was cut off: it has %d of %d frames", path, n_frames, bvh.n_promised)
+    elif n_frames > bvh.n_promised:
+        log.warning("%s says Frames: %d but has %d; all are read", path, bvh.n_promised, n_frames)
+    if bvh.n_left_over and n_frames >= bvh.n_promised:
+        log.warning("%s has %d lines after its frames, which are not read", path, bvh.n_left_over)
     if bvh.n_broken:
         log.warning("%s: NaN or infinity in %d of %d frames, which are dropped", path, bvh.n_broken, n_frames)
-    taken = _thinned(bvh)
+    return bvh
+
+
+def _read(path: Path, names: Named | MocapError, earlier: Sequence[Recording], options: MocapOptions) -> Recording:
+    if isinstance(names, MocapError):
+        raise names
+    name, subject, _ = names
+    for recording in earlier:
+        if recording.trial.name == name:
+            raise MocapError(f"is trial {name} again, which was already read from {recording.trial.file}")
+    taken = _thinned(read_bvh(path))
+    n_joints, n_frames = len(taken.joints), len(taken.values)
+    check_size(path, BYTES_A_JOINT * n_joints * n_frames, f"its {n_joints} joints in {n_frames} frames")
     source = read_source(taken, options.custom)
     if not source.has_rest:
         log.info("%s has no T-pose: limb directions are taken from joint positions", path)
     poses, support = retarget(source), find_support(source, taken.frame_time)
     places = joint_places(poses)
-    is_open = (support.is_standing | support.is_sitting) & ~source.is_t_pose
+    is_carried = support.is_standing | support.is_sitting
+    is_near = limb_errors(source, poses).max(axis=(1, 2)) < MAX_MISS
+    counts = _counts(source.is_t_pose, support.is_on_floor, ~is_carried, ~is_near)
+    is_open = is_carried & is_near & ~source.is_t_pose
     rows = unlike_poses(places, is_open, options.distance)
-    trial = Trial(name, subject, options.splits.split_of(subject), path.name)
-    return Recording(
-        _library_of(trial, poses, support, taken.frame, options).taken(rows),
-        places[rows],
-        len(is_open),
-        int(source.is_t_pose.sum()),
-        int(is_open.sum()),
-    )
+    trial = Trial(name, subject, options.splits.split_of(subject), _printable(path.name))
+    return Recording(_library_of(trial, poses, support, taken.frame, options).taken(rows), places[rows], counts)
+
+
+def _counts(*reasons: NDArray[np.bool_]) -> FrameCounts:
+    """Counts each frame under the first reason for which it is left out."""
+    first = np.argmax(np.stack([*reasons, np.ones_like(reasons[0])]), axis=0)
+    t_poses, on_floor, unsupported, out_of_reach, is_open = np.bincount(first, minlength=5).tolist()
+    return FrameCounts(t_poses, on_floor, unsupported, out_of_reach, is_open)
+
+
+def _printable(name: str) -> str:
+    """A file's name without bytes that are no text."""
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _thinned(bvh: Bvh) -> Bvh:
@@ -212,11 +280,13 @@ def _library(recordings: Sequence[Recording], distance: float) -> PoseLibrary:
     fitting = kept[_fits(whole, kept)]
     n_kept, n_fitting = (np.bincount(whole.trial[rows], minlength=len(recordings)) for rows in (kept, fitting))
     for k, recording in enumerate(recordings):
+        counts = recording.counts
         log.info(
-            "%-5s %-24s %5d frames, %3d T-poses, %4d unsupported, %4d duplicates, %3d do not fit, %4d kept",
-            recording.trial.split, recording.trial.file, recording.n_frames, recording.n_t_poses,
-            recording.n_frames - recording.n_open - recording.n_t_poses, recording.n_open - n_kept[k],
-            n_kept[k] - n_fitting[k], n_fitting[k],
+            "%-5s %-24s %5d frames, %3d T-poses, %4d on the floor, %4d unsupported, %3d out of reach, "
+            "%4d duplicates, %3d do not fit, %4d kept",
+            recording.trial.split, recording.trial.file, sum(counts), counts.t_poses, counts.on_floor,
+            counts.unsupported, counts.out_of_reach, counts.open - n_kept[k], n_kept[k] - n_fitting[k],
+            n_fitting[k],
         )  # fmt: skip
     return whole.taken(fitting)
 

@@ -1,7 +1,7 @@
 """Depth images that a model is asked about, listed before they are read, so that a damaged file loses no other."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from forests.frames import Pinhole
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
-from pipelines.recordings.entries import Entry, list_entries, list_files, read_person
-from pipelines.recordings.layout import Layout, choose_layout, recognised
+from pipelines.recordings.choosing import choose_layout, recognised
+from pipelines.recordings.entries import Entry, judge_entry, list_entries, list_files, read_person, readable
+from pipelines.recordings.layout import Layout
 from pipelines.recordings.plain import GivenCamera, file_layout, folder_layout
-from pipelines.recordings.readers import READERS, SUFFIXES
+from pipelines.recordings.plausible import judge_person
+from pipelines.recordings.readers import SUFFIXES, read_image, stored_unit
 
 CAMERA_NEEDED = "the camera is needed: give either --camera NAME or --intrinsics FX FY CX CY, or --layout"
 
@@ -41,6 +43,8 @@ class Request:
         track: Whose it is: images of one track show one person, in order of time.
         tick: Its place in time, in frames.
         read: Reads it; a UserError if it cannot be read.
+        judge: Of measured depth: says in a sentence what is unlikely of what was kept of it, else nothing; a
+            UserError if that can be no person.
     """
 
     name: str
@@ -48,6 +52,7 @@ class Request:
     track: str
     tick: int
     read: Callable[[], DepthImage]
+    judge: Callable[[NDArray[np.uint16]], str] = field(default=lambda depth: "")
 
 
 def corpus_requests(folder: Path, numbers: Sequence[int], sensor: str | None) -> list[Request]:
@@ -126,24 +131,17 @@ def _of_files(paths: Sequence[Path], layout: str | None, camera: GivenCamera | N
 
 
 def layout_requests(paths: Sequence[Path], name: str, layout: Layout) -> list[Request]:
-    """The people in files of a layout.
-
-    Raises:
-        UserError: A file of many frames is damaged.
-    """
+    """The people in files of a layout."""
     camera = layout.pinhole(name)
-    has_several = len(layout.foreground.people) > 1
 
     def request(entry: Entry) -> Request:
-        source = f"{entry.path}, person {entry.subject}" if has_several else str(entry.path)
-        if entry.itop is not None:
-            source = f"{entry.path}, row {entry.tick}"
         return Request(
             entry.key.replace("/", "_"),
-            source,
+            entry.source,
             entry.subject,
             entry.tick,
             lambda: DepthImage(read_person(entry, layout), camera),
+            lambda depth: judge_entry(entry, layout, depth),
         )
 
     return [request(entry) for entry in list_entries(paths, layout)]
@@ -153,11 +151,17 @@ def _plain(paths: Sequence[Path], camera: GivenCamera) -> list[Request]:
     """Images of files, whole and each of its own size."""
 
     def request(tick: int, path: Path) -> Request:
+        source = readable(str(path))
+
         def read() -> DepthImage:
             layout = file_layout(path, camera)
-            return DepthImage(READERS[layout.format](path, layout), layout.pinhole(""))
+            return DepthImage(read_image(path, layout), layout.pinhole(""))
 
-        return Request(path.stem, str(path), "", tick, read)
+        def judge(depth: NDArray[np.uint16]) -> str:
+            layout = file_layout(path, camera)
+            return judge_person(source, depth, layout.camera, lambda: stored_unit(path, layout))
+
+        return Request(readable(path.stem), source, "", tick, read, judge)
 
     requests = []
     for tick, path in enumerate(paths):

@@ -22,6 +22,7 @@ from pipelines.predicting.images import DepthImage, Request
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
 from pipelines.progress import progress
+from pipelines.recordings.entries import readable
 from pipelines.spread import first_to_last
 from storage.atomic import write_atomically
 
@@ -112,7 +113,7 @@ class PredictionRun:
             except (UserError, OSError) as error:
                 n_skipped += 1
                 log.info("skipped: %s", error)
-                lines.append(_line({"name": request.name, "error": str(error)}))
+                lines.append(_line({"name": request.name, "error": readable(str(error))}))
                 continue
             lines.append(_line({"name": request.name} | self._write(answer)))
             if place in shown:
@@ -127,6 +128,8 @@ class PredictionRun:
     def _answer(self, request: Request) -> Answer:
         image = request.read()
         depth = self._cut(image.depth, request.source)
+        if unlikely := request.judge(depth):
+            log.warning("warning: %s", unlikely)
         estimate = ask(self.contestant, depth, image.camera, self.options.box)
         if self._smoother is not None:
             estimate = self._smoother.smoothed(request.track, request.tick, estimate)

@@ -1,5 +1,6 @@
 """Recorded depth as frames of ours: one of a folder's images a frame, labelled by its joints."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.errors import UserError
+from pipelines.foreign import ForeignFileError
 from pipelines.recordings.bones import bones_of
-from pipelines.recordings.entries import Entry, list_entries, list_files, partner, read_person
+from pipelines.recordings.entries import Entry, judge_entry, list_entries, list_files, partner, read_person
 from pipelines.recordings.geodesic import label_parts
 from pipelines.recordings.itop import read_joint_row
 from pipelines.recordings.joints import NOBODY, Skeleton, as_ours, checked_joints, read_joint_file
@@ -48,19 +50,18 @@ class RecordedFrames:
     Attributes:
         layout: How the folder reads.
         options: How recordings become frames.
-        entries: One a frame.
+        entries: One a frame; as given, or every frame of the folder that is wanted.
     """
 
-    def __init__(self, folder: Path, layout: Layout, options: Options) -> None:
+    def __init__(
+        self, folder: Path, layout: Layout, options: Options, entries: Sequence[Entry] | None = None
+    ) -> None:
         self.layout = layout
         self.options = options
         self._camera = layout.pinhole(options.name)
-        listed = list_entries(list_files(folder, layout.files), layout)
-        for entry in listed:
-            joints = partner(entry.path, layout)
-            if joints is not None and not joints.exists():
-                raise UserError(f"{entry.path} has no joints: there is no file {joints}")
-        self.entries = listed[:: options.every]
+        if entries is None:
+            entries = list_entries(list_files(folder, layout.files), layout)[:: options.every]
+        self.entries = tuple(entries)
         if not self.entries:
             raise UserError(f"{folder} has no frame with valid joints")
 
@@ -81,11 +82,19 @@ class RecordedFrames:
         Raises:
             UserError: Its files are missing, damaged, or other than the layout says.
         """
-        entry = self.entries[index]
-        image, skeleton = read_person(entry, self.layout, self.options.smallest_share), self._skeleton(entry)
+        image, skeleton, _ = self.read(self.entries[index])
         bones = bones_of(skeleton.places)
         part = label_parts(image, bones, self._camera) if len(bones.start) else np.zeros_like(image, np.uint8)
         return self._framed(index, image, part, skeleton)
+
+    def read(self, entry: Entry) -> tuple[DepthImage, Skeleton, str]:
+        """The person's depth and joints out of an entry's files, and a sentence about what is unlikely of them.
+
+        Raises:
+            UserError: The files are missing, damaged, or other than the layout says; or they show no person.
+        """
+        image = read_person(entry, self.layout, self.options.smallest_share)
+        return image, self._skeleton(entry), judge_entry(entry, self.layout, image)
 
     def _skeleton(self, entry: Entry) -> Skeleton:
         annotation = self.layout.annotation
@@ -93,10 +102,12 @@ class RecordedFrames:
             return NOBODY
         if entry.itop is not None:
             table = read_joint_row(entry.itop, entry.tick)
-            checked_joints(table, annotation, f"frame {entry.tick} of {entry.itop.labels}")
+            what = f"frame {entry.tick} of {entry.itop.labels}"
+            checked_joints(table, annotation, what, entry.itop.has_unknown)
         else:
             path = partner(entry.path, self.layout)
-            assert path is not None
+            if path is None or not path.exists():
+                raise ForeignFileError(f"{entry.path} has no joints: there is no file {path}")
             table = read_joint_file(path, annotation)
         return as_ours(table, annotation, self._camera, self.options.is_shifted)
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.errors import UserError
+from pipelines.foreign import ForeignFileError, reading
+from pipelines.recordings.formats.whole import read_whole
 from pipelines.recordings.layout import Annotation
 from synth.camera import Camera
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
@@ -29,6 +30,7 @@ class Skeleton(NamedTuple):
         return np.asarray(np.isfinite(self.joints).all(axis=1))
 
 
+_FARTHEST_M = 65.535
 NOBODY = Skeleton(np.full((N_JOINTS, 3), np.nan), np.full((N_JOINTS, 3), np.nan))
 """What is known of a person whose joints are not annotated."""
 
@@ -37,32 +39,48 @@ def read_joint_file(path: Path, annotation: Annotation) -> NDArray[np.float64]:
     """(n_names, 3) annotated joints of one frame [m], the file's axes; text, a joint a line.
 
     Raises:
-        UserError: The file is missing, no table of numbers, or of another number of joints.
+        ForeignFileError: The file is missing, no table of numbers, or of another number of joints.
     """
-    try:
-        rows = [line.split() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-        table = np.array(rows, dtype=np.float64)
-    except FileNotFoundError:
-        raise UserError(f"there is no file {path}") from None
-    except (ValueError, UnicodeDecodeError):
-        raise UserError(f"{path} is not a table of numbers") from None
+    with reading(path, "a table of numbers"):
+        text = read_whole(path).decode("utf-8-sig")
+        try:
+            table = np.array([line.split() for line in text.splitlines() if line.strip()], dtype=np.float64)
+        except ValueError:
+            raise ForeignFileError(f"{path} is not a table of numbers, a joint a line: x y z [m]") from None
     return checked_joints(table, annotation, str(path))
 
 
-def checked_joints(table: NDArray[np.float64], annotation: Annotation, what: str) -> NDArray[np.float64]:
+def checked_joints(
+    table: NDArray[np.float64], annotation: Annotation, what: str, may_lack: bool = False
+) -> NDArray[np.float64]:
     """The table itself, if it can be a frame's joints.
 
+    Args:
+        table: (n_names, 3) [m], the file's axes.
+        annotation: What they are.
+        what: Where they come from, for messages.
+        may_lack: Joints may be NaN, which are unknown then; at least one is known.
+
     Raises:
-        UserError: Another shape, no finite numbers, or a joint behind the camera.
+        ForeignFileError: Another shape, no finite numbers, or a joint that is not in front of the camera, or too far.
     """
     shape = (len(annotation.names), 3)
     if table.shape != shape:
-        raise UserError(f"{what} holds joints of shape {table.shape}, but the layout says {shape}")
+        raise ForeignFileError(f"{what} holds joints of shape {table.shape}, but the layout says {shape}")
+    if may_lack and np.isnan(table).all():
+        raise ForeignFileError(f"{what} knows no joint")
     for name, point in zip(annotation.names, table, strict=True):
+        if may_lack and np.isnan(point).all():
+            continue
         if not np.isfinite(point).all():
-            raise UserError(f"{what}: joint {name} is {point.tolist()}, must be finite")
+            raise ForeignFileError(f"{what}: joint {name} is {point.tolist()}, must be finite")
         if not point[2] > 0.0:
-            raise UserError(f"{what}: joint {name} at z = {point[2]:g} m is not in front of the camera")
+            raise ForeignFileError(f"{what}: joint {name} at z = {point[2]:g} m is not in front of the camera")
+        if np.abs(point).max() > _FARTHEST_M:
+            raise ForeignFileError(
+                f"{what}: joint {name} is {point.tolist()}, but nothing is farther than {_FARTHEST_M:g} m; "
+                "joints must be in metres"
+            )
     return table
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from pipelines.errors import UserError
 from pipelines.recordings.entries import in_order, is_picture
 from pipelines.recordings.layout import CameraLayout, Format, Layout, known_layouts
-from pipelines.recordings.readers import READERS, SUFFIXES
+from pipelines.recordings.readers import SUFFIXES, read_values
 from synth.render.presets import camera_named as preset
 
 
@@ -56,11 +56,13 @@ def file_layout(path: Path, camera: GivenCamera) -> Layout:
     Raises:
         UserError: It cannot be read, is of another size than the camera's images, or does not tell its size.
     """
-    kind = SUFFIXES.get(path.suffix.lower(), "png")
+    kind = SUFFIXES.get(path.suffix.lower())
+    if kind is None:
+        raise UserError(f"{path} is no depth file by its name: known endings are {', '.join(SUFFIXES)}")
     if kind in ("raw", "itop"):
         return _sized_layout(path, kind, camera)
     layout = Layout(path.name, kind, 1, 1, camera.values)
-    height, width = READERS[kind](path, layout).shape
+    height, width = read_values(path, layout).shape
     if camera.size is not None and camera.size != (width, height):
         raise UserError(
             f"{path} is {width}x{height}, but the camera {camera.name} has {camera.size[0]}x{camera.size[1]}; "

@@ -1,6 +1,5 @@
 """Compiling is told to the user, warm caches are not."""
 
-import logging
 import subprocess
 import sys
 import textwrap
@@ -30,9 +29,13 @@ def fresh_kernel():
 
 
 @pytest.fixture
-def lines(caplog):
-    caplog.set_level(logging.INFO, logger="pipelines")
-    return lambda: [record.getMessage() for record in caplog.records if record.name == "pipelines.compiling"]
+def lines(capsys):
+    def told():
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        return captured.err.splitlines()
+
+    return told
 
 
 def test_long_compiling_is_told_once_and_its_time_at_the_end(monkeypatch, lines):
@@ -75,8 +78,7 @@ def test_a_kernel_inside_a_kernel_is_counted_once():
 
 
 SCRIPT = """
-    import logging, sys
-    logging.basicConfig(level=logging.INFO, stream=sys.stdout, format="%(message)s")
+    import sys
     from pipelines import compiling
     compiling.PATIENCE_S = 0.0
     with compiling.compiling_announced():
@@ -88,7 +90,7 @@ SCRIPT = """
 
 def run(body):
     script = textwrap.dedent(SCRIPT.format(body=body))
-    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stderr
 
 
 def test_numba_is_watched_when_it_is_imported_later():

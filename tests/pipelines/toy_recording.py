@@ -5,6 +5,9 @@ import json
 import cv2
 import numpy as np
 
+from pipelines.commands.import_depth import DepthSettings
+from pipelines.corpus import Corpus
+from pipelines.generation.writing import write_shown
 from pipelines.recordings.bones import bones_of
 from pipelines.recordings.layout import known_layouts
 from synth.camera import Camera
@@ -69,3 +72,11 @@ def write_recording(out, n=10):
         theirs = joints[[JOINT_NAMES.index(name) for name in NAMES]] * [1, -1, 1]
         np.savetxt(out / f"j_{number + 5}.txt", theirs)
     return out
+
+
+def imported(folder, layout, out=None, **settings):
+    """The corpus of a recording, beside it where nothing else is said."""
+    out = folder.parent / "corpus" if out is None else out
+    order = DepthSettings(folder, out, layout, **settings).order()[1]
+    write_shown(out, order)
+    return Corpus.open(out)

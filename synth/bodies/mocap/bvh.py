@@ -8,19 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.bodies.mocap.text import Line, MocapError, lines_of, number_after, number_of, read_frames, with_points
+
 END = "_end"
 """An end site is a joint named after its parent with this ending, without channels."""
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
 _CHANNEL_OF = {name.lower(): name for name in _CHANNELS}
 _MOTION = re.compile(r"^[ \t]*MOTION[ \t]*$", re.IGNORECASE | re.MULTILINE)
-_NOT_FINITE = re.compile(r"^[+-]?1\.#[A-Z]+\d*$|^[+-]?nan(\(.*\))?$|^[+-]?inf(inity)?$", re.IGNORECASE)
-"""How programs write NaN and infinity, such as -nan(ind) and 1.#QNAN."""
 _MAX_JOINTS = 1000
 _MAX_NAME = 120
-
-
-class MocapError(ValueError):
-    """Motion capture that cannot be used; the message says what is wrong with it."""
+_MAX_CHANNELS = 6
+_MAX_HIERARCHY = 4_000_000
+"""Characters of the HIERARCHY part; 1000 joints are far shorter."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +47,10 @@ class Bvh:
         joints: The tree.
         frame_time: [s].
         values: (n_frames, n_channels) float64, angles in degrees.
-        n_promised: Frames that the file says it has; more than it has if it was cut.
+        n_promised: Frames that the file says it has; more than it has if it was cut, fewer if it counts wrong.
         frame: (n_frames,) number of each in the file; those that hold NaN or infinity are missing.
         n_broken: How many are missing so.
+        n_left_over: Lines after the last whole frame that were not read.
     """
 
     joints: tuple[BvhJoint, ...]
@@ -59,6 +59,7 @@ class Bvh:
     n_promised: int
     frame: NDArray[np.int64]
     n_broken: int = 0
+    n_left_over: int = 0
 
     def index(self, name: str) -> int:
         """Index of a joint by its name."""
@@ -74,36 +75,54 @@ def parse_bvh(text: str) -> Bvh:
     Raises:
         MocapError: It is no BVH file, has no frames, the wrong number of values or values that are no numbers.
     """
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     motion = _MOTION.search(text)
     head, tail = (text[: motion.start()], text[motion.end() :]) if motion else ("", "")
-    words = iter(head.split())
-    if next(words, "").upper() != "HIERARCHY":
-        raise MocapError("is not a BVH file: it must begin with HIERARCHY and have a MOTION part")
-    joints = _HierarchyReader(words).read()
-    lines = [line for line in tail.splitlines() if line.strip()]
-    n_frames = int(_number_after("Frames:", lines, 0))
-    frame_time = _number_after("Frame Time:", lines, 1)
-    if n_frames < 1 or not 0.0 < frame_time < 10.0:
-        raise MocapError(f"has {n_frames} frames of {frame_time} s; needs at least 1 frame and a time above 0")
-    n_channels = sum(len(joint.channels) for joint in joints)
-    values = _parse_values(lines[2:], n_frames, n_channels)
+    if len(head) > _MAX_HIERARCHY:
+        raise MocapError(f"has a HIERARCHY of {len(head)} characters; at most {_MAX_HIERARCHY} are read")
+    joints = _HierarchyReader(lines_of(head)).read()
+    first = text.count("\n", 0, len(text) - len(tail)) + 1
+    lines = lines_of(with_points(tail, first), first)
+    n_promised = int(number_after("Frames", lines))
+    frame_time = number_after("Frame Time", lines)
+    if n_promised < 1 or not 0.0 < frame_time < 10.0:
+        raise MocapError(f"has {n_promised} frames of {frame_time} s; needs at least 1 frame and a time above 0")
+    values, n_left_over = read_frames(lines, n_promised, sum(len(joint.channels) for joint in joints))
     good = np.flatnonzero(np.isfinite(values).all(axis=1))
     if not len(good):
         raise MocapError("has no frame without NaN or infinity")
-    return Bvh(joints, frame_time, values[good], n_frames, good, len(values) - len(good))
+    return Bvh(joints, frame_time, values[good], n_promised, good, len(values) - len(good), n_left_over)
 
 
 class _HierarchyReader:
-    """Reads the joint tree from the words of a file's HIERARCHY part."""
+    """Reads the joint tree from the lines of a file's HIERARCHY part."""
 
-    def __init__(self, words: Iterator[str]) -> None:
-        self._words = words
+    def __init__(self, lines: Iterator[Line]) -> None:
+        self._words = self._words_of(lines)
+        self._number = 1
         self._joints: list[BvhJoint] = []
         self._open: list[int] = []
 
     def read(self) -> tuple[BvhJoint, ...]:
         """The joints, parents before children."""
+        if next(self._words, "").upper() != "HIERARCHY":
+            raise MocapError("is not a BVH file: it must begin with HIERARCHY and have a MOTION part")
+        try:
+            return self._read_joints()
+        except MocapError as error:
+            raise MocapError(f"line {self._number}: {error}") from None
+
+    def _words_of(self, lines: Iterator[Line]) -> Iterator[str]:
+        for self._number, text in lines:
+            for word in text.split():
+                # Bytes of other encodings look like braces within names.
+                if len(word) > 1 and word[-1] in "{}" and word.isascii():
+                    yield word[:-1]
+                    yield word[-1]
+                else:
+                    yield word
+
+    def _read_joints(self) -> tuple[BvhJoint, ...]:
         begin: dict[str, Callable[[str], None]] = dict.fromkeys(("ROOT", "JOINT", "END"), self._begin_joint)
         within = {"OFFSET": self._read_offset, "CHANNELS": self._read_channels, "}": self._end_joint}
         for word in self._words:
@@ -119,7 +138,7 @@ class _HierarchyReader:
     def _begin_joint(self, keyword: str) -> None:
         name = " ".join(itertools.takewhile(lambda part: part != "{", self._words))
         parent = self._open[-1] if self._open else -1
-        is_name = 0 < len(name) <= _MAX_NAME and "}" not in name
+        is_name = 0 < len(name) <= _MAX_NAME and "}" not in name.split()
         if not is_name or (keyword == "ROOT") != (parent < 0) or len(self._joints) >= _MAX_JOINTS:
             raise MocapError(f"has a HIERARCHY that breaks off at {keyword} {name[:_MAX_NAME]}")
         if parent < 0 and self._joints:
@@ -129,11 +148,15 @@ class _HierarchyReader:
         self._joints.append(BvhJoint(full, parent, (0.0, 0.0, 0.0)))
 
     def _read_offset(self, keyword: str) -> None:
-        x, y, z = (_number(next(self._words, "")) for _ in range(3))
+        x, y, z = (number_of(next(self._words, "")) for _ in range(3))
         self._joints[self._open[-1]] = replace(self._joints[self._open[-1]], offset=(x, y, z))
 
     def _read_channels(self, keyword: str) -> None:
-        given = [next(self._words, "") for _ in range(int(_number(next(self._words, ""))))]
+        n = number_of(next(self._words, ""))
+        if n not in range(_MAX_CHANNELS + 1):
+            name = self._joints[self._open[-1]].name
+            raise MocapError(f"promises {n:g} channels for {name!r}; a joint has 0 to {_MAX_CHANNELS}")
+        given = [next(self._words, "") for _ in range(int(n))]
         unknown = [name for name in given if name.lower() not in _CHANNEL_OF]
         if unknown:
             raise MocapError(f"has unknown channels {unknown}; known are {', '.join(_CHANNELS)}")
@@ -151,46 +174,6 @@ def _without_twins(joints: list[BvhJoint]) -> tuple[BvhJoint, ...]:
     if twice:
         raise MocapError(f"gives several joints the same name: {', '.join(twice)}")
     return tuple(joints)
-
-
-def _number(word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        raise MocapError(f"has {word!r} where a number is expected") from None
-    if not np.isfinite(value):
-        raise MocapError(f"has {word!r} where a finite number is expected")
-    return value
-
-
-def _number_after(label: str, lines: list[str], place: int) -> float:
-    line = lines[place].strip() if place < len(lines) else ""
-    if not line.lower().startswith(label.lower()):
-        raise MocapError(f"has {line[:40]!r} where {label!r} is expected")
-    return _number(line[len(label) :].strip())
-
-
-def _parse_values(lines: list[str], n_frames: int, n_channels: int) -> NDArray[np.float64]:
-    """(n, n_channels); every frame is a line. Of a file that was cut, an unfinished last line is left out.
-
-    NaN and infinity are read in any spelling.
-    """
-    if len(lines) > n_frames:
-        raise MocapError(f"has {len(lines)} lines of values, but says Frames: {n_frames}")
-    if lines and len(lines) < n_frames and len(lines[-1].split()) < n_channels:
-        lines = lines[:-1]
-    if not lines:
-        raise MocapError(f"has no complete line of values, but says Frames: {n_frames}")
-    out = np.empty((len(lines), n_channels))
-    for k, line in enumerate(lines):
-        words = line.split()
-        if len(words) != n_channels:
-            raise MocapError(f"frame {k} has {len(words)} values; the channels of the hierarchy are {n_channels}")
-        try:
-            out[k] = [_NOT_FINITE.sub("nan", word) for word in words] if "n" in line.lower() else words
-        except ValueError:
-            raise MocapError(f"frame {k} holds a value that is not a number") from None
-    return out
 
 
 def rest_values(bvh: Bvh) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from synth.bodies.mocap.rest import SIDES
 from synth.bodies.mocap.retarget import heading_of
+from synth.bodies.mocap.seats import resting, seat_like
 from synth.bodies.mocap.source import Source
 
 HEEL = (-0.05, 0.12)
@@ -17,14 +18,21 @@ ON_FLOOR = 0.035
 """A foot no higher than this stands on the floor [m]."""
 FLAT = np.radians(15.0)
 """A sole tilted less than this stands flat."""
-SEATED_SPEED = 0.35
-"""Hips of people who sit are slower than this [m/s]."""
-SEATED_FLEXION = np.radians(40.0)
-"""Thighs of people who sit lie at least this far from upright."""
+RAISED = np.radians(40.0)
+"""Thighs that are on average this far from hanging straight down are raised."""
 STEADY = 0.05
-"""Thighs raised like that with the centre of mass less than this before the heels: on the way to a seat [m]."""
+"""Thighs raised with the centre of mass less than this before the heels: on the way to a seat [m]."""
 UNEVEN = 0.06
 """Floor levels under the two feet that differ by less than this are one floor, measured badly [m]."""
+LOW_HIPS = 0.2
+"""Hip joints lower than this above the floor lie or sit on it [m]."""
+LOW_KNEE = 0.14
+"""A knee lower than this kneels [m]."""
+LOW_ELBOW = 0.12
+LOW_NECK = 0.3
+LOW_WRIST = 0.2
+"""Wrists lower than this with the centre of mass more than `ON_HANDS` before the toes: on hands and feet [m]."""
+ON_HANDS = 0.1
 # Masses over the body's and where they are along the segment, after Winter (2009, table 4.1).
 _MASSES = (
     ("hips_neck", 0.497, 0.5), ("head", 0.081, 0.0), ("shoulder_elbow", 0.028, 0.436), ("elbow_wrist", 0.022, 0.6),
@@ -39,20 +47,23 @@ class Support:
     Attributes:
         is_standing: (n,) on a foot or two.
         is_sitting: (n,) on a seat.
+        is_on_floor: (n,) lying, kneeling, crawling or sitting on the floor.
         is_down: (n, 2) by side: the foot is on the floor.
         is_flat: (n, 2) and its sole is level.
     """
 
     is_standing: NDArray[np.bool_]
     is_sitting: NDArray[np.bool_]
+    is_on_floor: NDArray[np.bool_]
     is_down: NDArray[np.bool_]
     is_flat: NDArray[np.bool_]
 
 
 def find_support(source: Source, frame_time: float) -> Support:
-    """Tells standing, sitting and neither (in the air, on the way to a seat) apart.
+    """Tells standing, sitting, being on the floor and none of them (in the air, on the way to a seat) apart.
 
-    A person sits whose hips rest, whose thighs are raised and who would fall backwards on the feet alone.
+    A person sits whose hips rest for a while at a seat's height, whose trunk is upright, whose thighs lie, and who
+    would fall backwards on the feet alone. Nobody stands or sits who has hips, knees, elbows or neck on the floor.
 
     Args:
         source: The motion.
@@ -61,21 +72,41 @@ def find_support(source: Source, frame_time: float) -> Support:
     heights, tilt = _foot_heights(source)
     foot_speed = np.stack([_speed(source.at(f"{s}_ankle"), frame_time) for s in SIDES], axis=1)
     stands = (foot_speed < STILL) & ~source.is_t_pose[:, None]
-    is_down = heights < _floors(heights, stands) + ON_FLOOR
-    hips = 0.5 * (source.at("l_hip") + source.at("r_hip"))
+    floors = _floors(source, heights, stands)
+    floor = float(floors.min())
+    is_down = heights < floors + ON_FLOOR
     flexion = np.arccos(np.clip(-source.limb[:, :, 2, 2], -1.0, 1.0)).mean(axis=1)
-    balance = np.where(is_down.any(axis=1), _balance(source, is_down), -np.inf)
-    is_raised = flexion > SEATED_FLEXION
-    is_sitting = is_raised & (balance < 0.0) & (_speed(hips, frame_time) < SEATED_SPEED)
-    is_standing = is_down.any(axis=1) & ~(is_raised & (balance < STEADY))
-    return Support(is_standing, is_sitting, is_down, is_down & (tilt < FLAT))
+    balance, lead = _balance(source, is_down)
+    is_raised = flexion > RAISED
+    is_on_floor = _is_on_floor(source, floor, lead)
+    may_sit = seat_like(source, floor) & (balance < 0.0) & ~is_on_floor & ~source.is_t_pose
+    is_sitting = resting(source, may_sit, frame_time)
+    is_standing = is_down.any(axis=1) & ~(is_raised & (balance < STEADY)) & ~is_on_floor
+    return Support(is_standing, is_sitting, is_on_floor, is_down, is_down & (tilt < FLAT))
 
 
-def _floors(heights: NDArray[np.float64], stands: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(2,) level of the floor under each foot: low among the heights at which it stands still [m]."""
+def _is_on_floor(source: Source, floor: float, lead: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,) whether more than the feet is on the floor."""
+
+    def lowest(role: str) -> NDArray[np.float64]:
+        return np.minimum(source.at(f"l_{role}")[:, 2], source.at(f"r_{role}")[:, 2]) - floor
+
+    is_on_hands = (lowest("wrist") < LOW_WRIST) & (lead > ON_HANDS)
+    is_down = (lowest("hip") < LOW_HIPS) | (lowest("knee") < LOW_KNEE) | (lowest("elbow") < LOW_ELBOW)
+    return is_down | (source.at("neck")[:, 2] - floor < LOW_NECK) | is_on_hands
+
+
+def _floors(source: Source, heights: NDArray[np.float64], stands: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(2,) level of the floor under each foot: low among the heights at which it stands still [m].
+
+    Of somebody whose feet are never on the floor, what else is lowest tells it.
+    """
     own = [h[s] if s.any() else h for h, s in zip(heights.T, stands.T, strict=True)]
     levels = np.array([np.percentile(h, 10.0) for h in own])
-    return levels if np.ptp(levels) < UNEVEN else np.full(2, levels.min())
+    levels = levels if np.ptp(levels) < UNEVEN else np.full(2, levels.min())
+    others = [k for role, k in source.joints.items() if role[2:] not in ("ankle", "toe")]
+    lowest = float(np.percentile(source.position[:, others, 2].min(axis=1), 2.0))
+    return np.minimum(levels, lowest)
 
 
 def _foot_heights(source: Source) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -96,13 +127,21 @@ def _speed(points: NDArray[np.float64], frame_time: float) -> NDArray[np.float64
     return way / (np.maximum(after - before, 1) * frame_time)
 
 
-def _balance(source: Source, is_down: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(n,) how far the centre of mass is before the rear heel that is on the floor, along the heading [m]."""
+def _balance(source: Source, is_down: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far the centre of mass is before the feet that are on the floor, along the heading [m].
+
+    Returns:
+        (n,) before the rear heel, -inf if no foot is down, and (n,) before the foremost toes, -inf likewise.
+    """
     heading = heading_of(source.pelvis)
     ahead = np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], axis=1)
-    heels = np.stack([source.at(f"{s}_ankle") + HEEL[0] * source.toes[:, k] for k, s in enumerate(SIDES)], axis=1)
-    rear = np.where(is_down, np.einsum("nsk,nk->ns", heels, ahead), np.inf).min(axis=1)
-    return (centre_of_mass(source) * ahead).sum(axis=1) - rear
+    ankles = np.stack([source.at(f"{s}_ankle") for s in SIDES], axis=1)
+    heels, balls = (np.einsum("nsk,nk->ns", ankles + way * source.toes, ahead) for way in HEEL)
+    centre = (centre_of_mass(source) * ahead).sum(axis=1)
+    is_any_down = is_down.any(axis=1)
+    rear = np.where(is_down, heels, np.inf).min(axis=1)
+    front = np.where(is_down, balls, -np.inf).max(axis=1)
+    return np.where(is_any_down, centre - rear, -np.inf), np.where(is_any_down, centre - front, -np.inf)
 
 
 def centre_of_mass(source: Source) -> NDArray[np.float64]:

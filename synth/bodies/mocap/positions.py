@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.mocap.bvh import Bvh, MocapError
-from synth.bodies.mocap.rest import SIDES
+from synth.bodies.mocap.bvh import Bvh
+from synth.bodies.mocap.rest import LIMBS, SIDES
+from synth.bodies.mocap.text import MocapError
 
 UPRIGHT = np.radians(20.0)
 """Trunk and legs of who stands upright are this near to the vertical."""
@@ -21,7 +22,6 @@ SHORTEST = 0.03
 """Joints nearer than this to each other do not tell where a hand, the spine or the head points [m]."""
 _NO_FINGER = ("thumb", "pollex")
 _NO_CROWN = ("eye", "jaw", "chin", "nose")
-_LIMBS = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
 
 
 class Ways(NamedTuple):
@@ -94,11 +94,12 @@ def directions_of(
     )
     limb, clavicle, fingers, toes, sole = [], [], [], [], []
     for k, s in enumerate(SIDES):
-        limb.append(np.stack([_unit(way(f"{s}_{start}", f"{s}_{end}")) for start, end in _LIMBS], axis=1))
+        limb.append(limb_ways(position, place, s))
         clavicle.append(np.einsum("nba,nb->na", thorax, way(f"{s}_clavicle", f"{s}_shoulder")))
         fingers.append(_unit(_first_long(ways.hands[:, k], limb[k][:, 1])))
         ankle = rotation[:, place[f"{s}_ankle"]]
-        foot = _turned_foot(ankle, way(f"{s}_ankle", f"{s}_toe"), position[:, place[f"{s}_ankle"], 2])
+        height = position[:, place[f"{s}_ankle"], 2]
+        foot = _turned_foot(ankle, way(f"{s}_ankle", f"{s}_toe"), height, pelvis[:, :, 0])
         toes.append(foot[:, :, 0])
         sole.append(foot[:, :, 2])
     return Directions(
@@ -113,6 +114,21 @@ def directions_of(
         toes=np.stack(toes, axis=1),
         sole=np.stack(sole, axis=1),
     )
+
+
+def limb_ways(position: NDArray[np.float64], place: dict[str, int], side: str) -> NDArray[np.float64]:
+    """(n, 4, 3) directions from joint to joint along upper arm, forearm, thigh and shank.
+
+    Args:
+        position: (n, n_roles, 3).
+        place: Column by role.
+        side: "l" or "r".
+
+    Raises:
+        MocapError: Joints coincide.
+    """
+    ends = [(place[f"{side}_{start}"], place[f"{side}_{end}"]) for start, end in LIMBS]
+    return np.stack([_unit(position[:, end] - position[:, start]) for start, end in ends], axis=1)
 
 
 def ways_of(bvh: Bvh, joints: dict[str, int], position: NDArray[np.float64]) -> Ways:
@@ -190,13 +206,20 @@ def _turned(
 
 
 def _turned_foot(
-    rotation: NDArray[np.float64], forward: NDArray[np.float64], height: NDArray[np.float64]
+    rotation: NDArray[np.float64],
+    forward: NDArray[np.float64],
+    height: NDArray[np.float64],
+    pelvis_forward: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """(n, 3, 3) turns of a foot, whose sole is level on average where its ankle is low."""
+    """(n, 3, 3) turns of a foot, whose sole is level on average where its ankle is low.
+
+    A foot whose toes are straight below the ankle points where the pelvis does on average.
+    """
     is_planted = height < np.percentile(height, 10.0) + PLANTED
     own_up = _unit(rotation[is_planted][:, 2].mean(axis=0))
-    own_forward = np.einsum("nba,nb->na", rotation, forward).mean(axis=0)
-    own_forward = _unit(own_forward - (own_forward @ own_up) * own_up)
+    ways = (np.einsum("nba,nb->na", rotation, way).mean(axis=0) for way in (forward, pelvis_forward))
+    level = [way - (way @ own_up) * own_up for way in ways]
+    own_forward = _unit(level[0] if np.linalg.norm(level[0]) > SHORTEST else level[1])
     return rotation @ np.stack([own_forward, np.cross(own_up, own_forward), own_up], axis=1)
 
 

@@ -5,20 +5,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.mocap.bvh import MocapError
+from synth.bodies.mocap.text import MocapError
 
 SIDES = "lr"
 """Order of the sides in arrays of limbs."""
 LEG_LENGTH = 0.835
 """Hip to ankle of an adult of 1.70 m, by which units are found out [m]."""
+LIMBS = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+"""Joints at the ends of upper arm, forearm, thigh and shank."""
 UNITS: dict[str, float] = {"m": 1.0, "5.64 cm": 0.0254 / 0.45, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
 """Usual units of BVH files [m]; 5.64 cm is the CMU database's own (an inch over 0.45)."""
 UNIT_SLACK = 0.25
 """A leg in a usual unit may be off `LEG_LENGTH` by this share; else the unit is what gives that length."""
 ARM_SLACK = np.radians(25.0)
-"""Arms of a T-pose are this level."""
+"""Upper arms and forearms of a T-pose point this straight to the sides."""
 LEG_SLACK = np.radians(12.0)
-"""Legs of a T-pose are this upright."""
+"""Thighs and shanks of a T-pose are this upright."""
+BENT = np.radians(10.0)
+"""Elbows and knees of a T-pose bend less than this."""
+TRUNK_SLACK = np.radians(20.0)
+"""The way from hips to neck is this upright in a T-pose."""
+EXACT = np.radians(3.0)
+"""No limb of a T-pose that somebody drew is farther off than this."""
 ASKEW = np.radians(15.0)
 """Someone whose hips are turned less than this from an axis of the file faces along an axis."""
 STRAIGHT_TRUNK = np.radians(30.0)
@@ -43,27 +51,54 @@ class Rest(NamedTuple):
     world: NDArray[np.float64]
 
 
-def find_rest(position: NDArray[np.float64], place: dict[str, int]) -> Rest | None:
-    """The first frame if it is a T-pose of someone upright, else the pose without turns if it is one, else None.
+def find_rest(position: NDArray[np.float64], place: dict[str, int], drawn: NDArray[np.float64]) -> Rest | None:
+    """The pose that turns are counted from, None if there is no T-pose.
+
+    It is the first frame if it is a T-pose of someone upright, unless only the pose without turns is an exact
+    T-pose; else the pose without turns if it is nearly a T-pose.
 
     Args:
         position: (n + 1, n_roles, 3) joints in the file's axes; last without turns.
         place: Column by role.
+        drawn: (2, 2) by side, bends of elbow and knee that mean straight limbs [rad].
     """
     scores, levels = _upright(position[:-1], place)
     up = int(np.argmax(scores))
-    own = _t_pose_axes(position[-1], place)
+    own = _t_pose_axes(position[-1], place, drawn)
     if own is not None:
-        drawn = _axis_number(own[2])
+        axis = _axis_number(own[2])
         # Who only lies looks upright along some axis; then the floor is not at 0 along it.
-        if abs(levels[up]) > LEVEL or scores[up] - scores[drawn] < CLEAR:
-            up = drawn
-    first = _t_pose_axes(position[0], place)
-    if first is not None and _axis_number(first[2]) == up:
+        if abs(levels[up]) > LEVEL or scores[up] - scores[axis] < CLEAR:
+            up = axis
+    first = _t_pose_axes(position[0], place, drawn)
+    is_better = _is_exact(position[0], first, place) or not _is_exact(position[-1], own, place)
+    if first is not None and _axis_number(first[2]) == up and is_better:
         return Rest(0, first, first)
     if own is not None:
-        return Rest(-1, own, own if drawn == up else _level_axes(up))
+        return Rest(-1, own, own if axis == up else _level_axes(up))
     return None
+
+
+def bends_of(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
+    """(n, 2, 2) by side, bends of elbow and knee [rad].
+
+    Args:
+        position: (n, n_roles, 3) joints.
+        place: Column by role.
+    """
+    ways = _segments(position, place)
+    return angles_between(ways[:, :, (0, 2)], ways[:, :, (1, 3)])
+
+
+def angles_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles between directions of any length, along the last axis [rad]; a right one where one has no length.
+
+    Args:
+        a: (..., 3).
+        b: (..., 3).
+    """
+    length = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
+    return np.arccos(np.clip((a * b).sum(axis=-1) / np.maximum(length, 1e-12), -1.0, 1.0))
 
 
 def find_world(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
@@ -131,10 +166,43 @@ def _level_axes(up: int) -> NDArray[np.float64]:
     return np.stack([forward, np.cross(axis, forward), axis])
 
 
-def _t_pose_axes(pose: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64] | None:
+def _t_pose_axes(
+    pose: NDArray[np.float64], place: dict[str, int], drawn: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
     """The axes of a pose if it is a T-pose."""
     axes = _axes(pose, place)
-    return axes if axes is not None and is_t_pose((pose @ axes.T)[None], place)[0] else None
+    return axes if axes is not None and is_t_pose((pose @ axes.T)[None], place, drawn)[0] else None
+
+
+def _is_exact(pose: NDArray[np.float64], axes: NDArray[np.float64] | None, place: dict[str, int]) -> bool:
+    """Whether a T-pose has its limbs along the axes."""
+    if axes is None:
+        return False
+    turned = (pose @ axes.T)[None]
+    return bool(_off_axes(turned, place).max() < EXACT and bends_of(turned, place).max() < EXACT)
+
+
+def _segments(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
+    """(n, 2, 4, 3) by side: ways along upper arm, forearm, thigh and shank."""
+    return np.stack(
+        [
+            np.stack(
+                [position[:, place[f"{s}_{end}"]] - position[:, place[f"{s}_{start}"]] for start, end in LIMBS], 1
+            )
+            for s in SIDES
+        ],
+        axis=1,
+    )
+
+
+def _off_axes(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64]:
+    """(n, 2, 4) by side: how far arms are off the side, and legs off straight down, z up, in any heading [rad]."""
+    across = position[:, place["l_hip"]] - position[:, place["r_hip"]]
+    across[:, 2] = 0.0
+    down = np.broadcast_to([0.0, 0.0, -1.0], across.shape)
+    ways = _segments(position, place)
+    wanted = np.stack([np.stack([sign * across] * 2 + [down] * 2, axis=1) for sign in (1.0, -1.0)], axis=1)
+    return angles_between(ways, wanted)
 
 
 def _axes(rest: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.float64] | None:
@@ -184,20 +252,20 @@ def unit_of(pose: NDArray[np.float64], place: dict[str, int]) -> float:
     return nearest if abs(nearest / wanted - 1.0) < UNIT_SLACK else wanted
 
 
-def is_t_pose(position: NDArray[np.float64], place: dict[str, int]) -> NDArray[np.bool_]:
-    """(n,) whether arms are level and to the sides, legs straight down, in any heading.
+def is_t_pose(
+    position: NDArray[np.float64], place: dict[str, int], drawn: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(n,) whether arms point to the sides and legs down, none of them bent, in any heading.
 
     Args:
         position: (n, n_roles, 3) joints, z up.
         place: Column by role.
+        drawn: (2, 2) by side, bends of elbow and knee that mean straight limbs [rad].
     """
-    across = position[:, place["l_hip"]] - position[:, place["r_hip"]]
-    across[:, 2] = 0.0
-    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-    out = np.ones(len(position), dtype=np.bool_)
-    for side, sign in (("l", 1.0), ("r", -1.0)):
-        arm = position[:, place[f"{side}_wrist"]] - position[:, place[f"{side}_shoulder"]]
-        leg = position[:, place[f"{side}_ankle"]] - position[:, place[f"{side}_hip"]]
-        out &= sign * (arm * across).sum(axis=1) > np.cos(ARM_SLACK) * np.linalg.norm(arm, axis=1)
-        out &= -leg[:, 2] > np.cos(LEG_SLACK) * np.linalg.norm(leg, axis=1)
-    return out
+    hips = 0.5 * (position[:, place["l_hip"]] + position[:, place["r_hip"]])
+    trunk = angles_between(position[:, place["neck"]] - hips, np.array([0.0, 0.0, 1.0]))
+    off = _off_axes(position, place)
+    is_straight = (bends_of(position, place) - drawn < BENT).all(axis=(1, 2))
+    are_arms_level = (off[:, :, :2] < ARM_SLACK).all(axis=(1, 2))
+    are_legs_upright = (off[:, :, 2:] < LEG_SLACK).all(axis=(1, 2))
+    return is_straight & are_arms_level & are_legs_upright & (trunk < TRUNK_SLACK)

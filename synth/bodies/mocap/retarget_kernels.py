@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from synth.bodies.mocap.ball_joint import STRAIGHT, ball_miss, ball_start, other_start
 from synth.bodies.rig.ik_kernels import GoalArrays, solve_chain
 from synth.bodies.rig.kinematics import place_links
 
@@ -19,8 +20,11 @@ TOES_WEIGHT = 0.07
 SOLE_WEIGHT = 0.05
 REST_WEIGHT = 0.004
 """Pull to the closed form, which decides what no direction does [m/rad]."""
-STRAIGHT = 0.26
-"""Sine of the bend of an elbow or knee below which it does not tell the limb's twist."""
+BARELY_BENT = 0.02
+"""Sine of a bend that tells the limb's twist where a first solution missed."""
+MISSED = 0.05
+"""A limb farther off than this is solved from other starts, too [rad]."""
+N_STARTS = 3
 FLEXION_SHARE = 0.55
 LATERAL_SHARE = 0.5
 ROTATION_SHARE = 0.2
@@ -80,40 +84,6 @@ def _euler(R: NDArray[np.float64]) -> tuple[float, float, float]:
     """Flexion, lateral lean and rotation of R = Ry Rx Rz [rad]."""
     lateral = -np.arcsin(min(max(R[1, 2], -1.0), 1.0))
     return np.arctan2(R[0, 2], R[2, 2]), lateral, np.arctan2(R[1, 0], R[1, 1])
-
-
-@njit(cache=True, nogil=True)
-def ball_start(
-    limb: NDArray[np.float64], beyond: NDArray[np.float64], bend_sign: float, side_sign: float
-) -> tuple[float, float, float, float]:
-    """Closed form of a shoulder or hip and its elbow or knee.
-
-    Args:
-        limb: (3,) direction of upper arm or thigh in the frame that carries the joint.
-        beyond: (3,) direction of forearm or shank, likewise.
-        bend_sign: +1 if bending moves the limb's end forward (elbow), -1 backward (knee).
-        side_sign: +1 left, -1 right.
-
-    Returns:
-        Flexion, abduction, rotation and bend [rad]; rotation is 0 where the limb is straight.
-    """
-    sideways = side_sign * limb[1]
-    abduction = np.arcsin(min(max(sideways, -1.0), 1.0))
-    flexion = np.arctan2(limb[0], -limb[2])
-    if flexion < -0.5 * np.pi:
-        flexion += 2.0 * np.pi
-    # `beyond` in the frame after flexion and abduction: Rx(-abduction) Ry(flexion) applied to it.
-    c, s = np.cos(flexion), np.sin(flexion)
-    x = c * beyond[0] + s * beyond[2]
-    z = -s * beyond[0] + c * beyond[2]
-    y = side_sign * beyond[1]
-    ca, sa = np.cos(abduction), np.sin(abduction)
-    y, z = ca * y + sa * z, -sa * y + ca * z
-    bend = np.arccos(min(max(-z, -1.0), 1.0))
-    rotation = 0.0
-    if np.sin(bend) > STRAIGHT:
-        rotation = np.arctan2(-bend_sign * y, bend_sign * x)
-    return flexion, abduction, rotation, bend
 
 
 @njit(cache=True, nogil=True)
@@ -251,18 +221,16 @@ def _solve_arm(
 ) -> None:
     """Points upper arm, forearm, fingers and palm."""
     sign = 1.0 - 2.0 * side
-    R = T_parent[:3, :3].T.copy()
-    start = ball_start(R @ motion.limb[f, side, 0], R @ motion.limb[f, side, 1], 1.0, sign)
-    for i in range(4):
-        angles[chain[i]] = start[i]
-    for i in range(4, 7):
-        angles[chain[i]] = 0.0
     goals = _new_goals(4)
     _set_goal(goals, 0, 2, 2, -1.0, motion.limb[f, side, 0], LIMB_WEIGHT)
     _set_goal(goals, 1, 3, 2, -1.0, motion.limb[f, side, 1], LIMB_WEIGHT)
     _set_goal(goals, 2, 6, 2, -1.0, motion.fingers[f, side], HAND_WEIGHT)
     _set_goal(goals, 3, 6, 1, -sign, motion.palm[f, side], HAND_WEIGHT)
-    _solve(goals, chain, offsets, axis_idx, axis_sign, lower, upper, angles, T_parent)
+    R = T_parent[:3, :3].T.copy()
+    limb, beyond = R @ motion.limb[f, side, 0], R @ motion.limb[f, side, 1]
+    _solve_limb(
+        goals, limb, beyond, 1.0, sign, chain, offsets, axis_idx, axis_sign, lower, upper, angles, T_parent
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -280,14 +248,49 @@ def _solve_leg(
     T_root: NDArray[np.float64],
 ) -> None:
     """Points thigh, shank, toes and sole."""
-    start = ball_start(motion.limb[f, side, 2], motion.limb[f, side, 3], -1.0, 1.0 - 2.0 * side)
-    for i in range(4):
-        angles[chain[i]] = start[i]
-    angles[chain[4]] = 0.0
-    angles[chain[5]] = 0.0
     goals = _new_goals(4)
     _set_goal(goals, 0, 2, 2, -1.0, motion.limb[f, side, 2], LIMB_WEIGHT)
     _set_goal(goals, 1, 3, 2, -1.0, motion.limb[f, side, 3], LIMB_WEIGHT)
     _set_goal(goals, 2, 5, 0, 1.0, motion.toes[f, side], TOES_WEIGHT)
     _set_goal(goals, 3, 5, 2, 1.0, motion.sole[f, side], SOLE_WEIGHT)
-    _solve(goals, chain, offsets, axis_idx, axis_sign, lower, upper, angles, T_root)
+    limb, beyond = motion.limb[f, side, 2], motion.limb[f, side, 3]
+    sign = 1.0 - 2.0 * side
+    _solve_limb(goals, limb, beyond, -1.0, sign, chain, offsets, axis_idx, axis_sign, lower, upper, angles, T_root)
+
+
+@njit(cache=True, nogil=True)
+def _solve_limb(
+    goals: GoalArrays,
+    limb: NDArray[np.float64],
+    beyond: NDArray[np.float64],
+    bend_sign: float,
+    side_sign: float,
+    chain: NDArray[np.int64],
+    offsets: NDArray[np.float64],
+    axis_idx: NDArray[np.int64],
+    axis_sign: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    angles: NDArray[np.float64],
+    T_parent: NDArray[np.float64],
+) -> None:
+    """Solves an arm or leg from its closed form; where that misses, from the closed form's other angles, too."""
+    best = np.inf
+    kept = np.zeros(chain.shape[0])
+    for k in range(N_STARTS):
+        start = ball_start(limb, beyond, bend_sign, side_sign, STRAIGHT if k == 0 else BARELY_BENT)
+        if k == 2:
+            start = other_start(start)
+        for i in range(chain.shape[0]):
+            angles[chain[i]] = start[i] if i < 4 else 0.0
+        _solve(goals, chain, offsets, axis_idx, axis_sign, lower, upper, angles, T_parent)
+        solved = (angles[chain[0]], angles[chain[1]], angles[chain[2]], angles[chain[3]])
+        miss = ball_miss(solved, limb, beyond, bend_sign, side_sign)
+        if miss < best:
+            best = miss
+            for i in range(chain.shape[0]):
+                kept[i] = angles[chain[i]]
+        if best < MISSED:
+            break
+    for i in range(chain.shape[0]):
+        angles[chain[i]] = kept[i]

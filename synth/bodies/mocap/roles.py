@@ -5,9 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from synth.bodies.mocap.bvh import END, Bvh, MocapError
+from synth.bodies.mocap.bvh import END, Bvh
+from synth.bodies.mocap.text import MocapError
 
+STRAIGHT_BELOW = np.radians(30.0)
+"""Toes on average nearer than this to the line of the shank do not tell where a foot points."""
 _MIDLINE = ("hips", "thorax", "neck", "head")
 _SIDED = ("clavicle", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe")
 _HIPS = re.compile(r"(.*[^a-z])?hips?", re.IGNORECASE)
@@ -24,11 +28,14 @@ class Convention:
         joints: Joint name by role.
         arms_at_rest: Elevation of the arms in the T-pose that turns are counted from [rad]; None if the rest
             pose shows it.
+        drawn_elbows: Bend of the elbows in the pose without turns, of files whose turns mean straight limbs by it
+            [rad]; None if there are no such files.
     """
 
     name: str
     joints: Mapping[str, str]
     arms_at_rest: float | None = None
+    drawn_elbows: float | None = None
 
     def __post_init__(self) -> None:
         unknown = [role for role in self.joints if role not in ROLES]
@@ -47,7 +54,7 @@ def _daz() -> Convention:
     }  # fmt: skip
     joints |= {f"{s}_{role}": s + name for role, name in names.items() for s in "lr"}
     # The CMU trials in this naming turn as those in the other one do from arms 8 degrees down, though drawn level.
-    return Convention("daz", joints, arms_at_rest=-np.radians(8.0))
+    return Convention("daz", joints, arms_at_rest=-np.radians(8.0), drawn_elbows=np.radians(17.2))
 
 
 def _named(name: str, thorax: str, neck: str, limbs: Mapping[str, str], toe: str) -> Convention:
@@ -80,6 +87,36 @@ def _conventions() -> Iterator[Convention]:
     for toe in ("Toe", f"Ankle{END}"):
         for chest in ("Chest4", "Chest3", "Chest2", "Chest"):
             yield _named("xsens", chest, "Neck", _JOINT_LIMBS, toe)
+
+
+def joints_in_front(bvh: Bvh, joints: Mapping[str, int], position: NDArray[np.float64]) -> dict[str, int]:
+    """The joints by role, but for toes that are straight below their ankles the first joint beyond that is not.
+
+    Args:
+        bvh: The file.
+        joints: Index of the joint of each role.
+        position: (n, n_joints, 3) joints in any frames, in the file's axes.
+    """
+    out = dict(joints)
+    for side in "lr":
+        knee, ankle = (position[:, joints[f"{side}_{role}"]] for role in ("knee", "ankle"))
+        shank = ankle - knee
+        for candidate in _below(bvh, joints[f"{side}_toe"]):
+            way = position[:, candidate] - ankle
+            length = np.linalg.norm(way, axis=1), np.linalg.norm(shank, axis=1)
+            along = (way * shank).sum(axis=1) / np.maximum(length[0] * length[1], 1e-12)
+            if np.median(along) < np.cos(STRAIGHT_BELOW) and np.median(length[0]) > 1e-3 * np.median(length[1]):
+                out[f"{side}_toe"] = candidate
+                break
+    return out
+
+
+def _below(bvh: Bvh, joint: int) -> list[int]:
+    """A joint and those below it, nearest first."""
+    found = [joint]
+    for above in found:
+        found += [k for k, other in enumerate(bvh.joints) if other.parent == above]
+    return found
 
 
 CONVENTIONS: tuple[Convention, ...] = tuple(_conventions())

@@ -123,8 +123,8 @@ def test_only_methods_that_start_in_a_box_are_told_one(toy_corpus):
     told = []
 
     class Listener:
-        def predict(self, depth, camera, **given):
-            told.append(given)
+        def predict(self, depth, camera, box=None):
+            told.append(box)
             n = len(JOINT_NAMES)
             unknown = np.zeros(n, np.float32)
             nothing = np.full((n, 1, 3), np.nan, np.float32)
@@ -134,7 +134,7 @@ def test_only_methods_that_start_in_a_box_are_told_one(toy_corpus):
     assert not any(told)
     told.clear()
     predict_frames(Contestant("walk", Listener(), JOINT_NAMES, box_joints=("head", "neck")), frames, truths)
-    left, top, right, bottom = told[-1]["box"]
+    left, top, right, bottom = told[-1]
     uv = frames[1].camera.project(frames[1].joints[:2])
     assert ((left, top) < uv).all()
     assert (uv < (right, bottom)).all()

@@ -3,7 +3,6 @@
 import json
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -37,7 +36,8 @@ class Oracle:
     """Knows every frame by its depth image, and answers so far beside the truth."""
 
     def __init__(self, corpus, error=0.0, joints=JOINT_NAMES):
-        self.model = SimpleNamespace(labels=LABELS, joints=joints, classes=ClassTable.of(LABELS, "semantic"))
+        self.joints, self.box_joints = joints, ()
+        self.classes = ClassTable.of(LABELS, "semantic").names
         self.error = error
         self.by_depth = {}
         at = [JOINT_NAMES.index(name) for name in joints]
@@ -46,7 +46,7 @@ class Oracle:
             frame = frames[place]
             self.by_depth[frame.depth.tobytes()] = place, frame.joints[at], frame.label
 
-    def predict(self, depth, camera):
+    def predict(self, depth, camera, box=None):
         place, joints, _ = self.by_depth[depth.tobytes()]
         time.sleep(0.002 * (place % 3))
         rng = np.random.default_rng(place)
@@ -61,9 +61,9 @@ class Oracle:
 class Blind:
     """Finds nothing and labels no pixels."""
 
-    model = SimpleNamespace(labels=LABELS)
+    joints, box_joints = JOINT_NAMES, ()
 
-    def predict(self, depth, camera):
+    def predict(self, depth, camera, box=None):
         return estimate_of(np.full((15, 1, 3), np.nan), np.zeros((15, 1), np.float32), camera)
 
 

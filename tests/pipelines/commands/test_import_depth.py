@@ -1,15 +1,25 @@
 """Recorded depth becomes a corpus: readers, labels along the surface, splits, unknown joints, bad input."""
 
 import json
+import re
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from toy_recording import ANNOTATION, CAMERA, LAYOUT, NAMES, silhouette, standing, write_layout, write_recording
+from toy_recording import (
+    ANNOTATION,
+    CAMERA,
+    LAYOUT,
+    NAMES,
+    imported,
+    silhouette,
+    standing,
+    write_layout,
+    write_recording,
+)
 
 from pipelines.cli import main
 from pipelines.commands.import_depth import DepthSettings
@@ -18,7 +28,6 @@ from pipelines.corpus.faults import faults
 from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
-from pipelines.generation.writing import write_shown
 from pipelines.importing.depth import parse_shares
 from pipelines.metrics import read_truths
 from pipelines.metrics.groups import by_state
@@ -37,13 +46,6 @@ SMALL = ["--n-trees", "1", "--growth.max-depth", "4", "--growth.n-candidates", "
 @pytest.fixture
 def folder(tmp_path):
     return write_recording(tmp_path / "recording")
-
-
-def imported(folder, layout, out=None, **settings):
-    out = folder.parent / "corpus" if out is None else out
-    order = DepthSettings(folder, out, layout, **settings).order()[1]
-    write_shown(out, order)
-    return Corpus.open(out)
 
 
 def test_a_recording_becomes_a_sound_corpus_with_its_joints_and_order(folder):
@@ -164,7 +166,7 @@ def test_every_takes_one_frame_of_so_many_and_bytes_do_not_depend_on_workers(fol
 @pytest.mark.parametrize("big_endian", [False, True])
 def test_all_formats_give_the_same_depth(tmp_path, big_endian):
     depth = silhouette(standing())
-    layout = Layout("*", "png", 64, 48, known_layouts()["itop"].camera, big_endian=big_endian)
+    layout = Layout("*", "raw", 64, 48, known_layouts()["itop"].camera, big_endian=big_endian)
     cv2.imwrite(str(tmp_path / "d.png"), depth)
     np.save(tmp_path / "d.npy", depth / 1000.0)
     depth.astype(">u2" if big_endian else "<u2").tofile(tmp_path / "d.raw")
@@ -186,35 +188,19 @@ def test_all_formats_give_the_same_depth(tmp_path, big_endian):
     for way, body in bodies.items():
         (tmp_path / f"{way}.pcd").write_bytes(head.encode() + way.encode() + b"\n" + body)
     for path in sorted(tmp_path.iterdir()):
-        image = read_image(path, replace(layout, format=path.suffix[1:]))
+        is_raw = path.suffix == ".raw"
+        image = read_image(path, layout if is_raw else replace(layout, format=path.suffix[1:], big_endian=False))
         assert (image == depth).all(), path.name
 
 
 def test_packed_copies_repeat_what_was_written():
-    from pipelines.recordings.pcd import _unpack
+    from pipelines.recordings.formats.pcd import _unpack
 
     out = np.empty(8, np.uint8)
     # Two literals 7 and 9, then six bytes from two places back.
     assert _unpack(np.array([1, 7, 9, (4 << 5), 1], np.uint8), out) == 8
     assert out.tolist() == [7, 9] * 4
     assert _unpack(np.array([(4 << 5), 1], np.uint8), out) == -1
-
-
-def test_itop_reads_back_what_is_exported(folder):
-    corpus = imported(folder, write_layout(folder))
-    assert (
-        main(["export", str(corpus.path), "--to", "itop", "--out", str(folder / "itop"), "--split", "test"]) == 0
-    )
-    text = (Path(geodesic.__file__).parent / "layouts" / "itop.toml").read_text()
-    for old, new in {"width = 320": "width = 64", "height = 240": "height = 48", "285.714": "60.0",
-                     "cx = 160.0": "cx = 31.5", "cy = 120.0": "cy = 23.5"}.items():  # fmt: skip
-        assert old in text
-        text = text.replace(old, new)
-    (folder / "small.toml").write_text(text)
-    again = imported(folder / "itop", str(folder / "small.toml"), folder.parent / "again")
-    assert list(faults(again)) == []
-    np.testing.assert_allclose(again.arrays("joints"), corpus.arrays("joints"), atol=1e-6)
-    assert np.abs(again.arrays("depth").astype(int) - corpus.arrays("depth")).max() <= 1
 
 
 def nearest_along_the_surface(depth, distance, camera):
@@ -293,7 +279,7 @@ def _no_joints(folder):
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (_eight_bits, r"d_7.png has 8 bits a pixel, must have 16"),
+        (_eight_bits, r"d_7.png has 8 bits a pixel, must have at least 16"),
         (_other_size, r"d_7.png has 20x10 pixels, but the layout says 64x48"),
         (_empty, r"d_7.png shows no person"),
         (_fewer_joints, r"j_7.txt holds joints of shape \(12, 3\), but the layout says \(15, 3\)"),
@@ -301,10 +287,35 @@ def _no_joints(folder):
         (_no_joints, r"d_7.png has no joints"),
     ],
 )
-def test_bad_files_are_named_with_the_reason(folder, spoil, reason):
+def test_a_bad_frame_is_left_out_with_the_reason_and_the_others_are_imported(folder, spoil, reason, capsys):
     spoil(folder)
-    with pytest.raises(UserError, match=reason):
-        imported(folder, write_layout(folder))
+    out = folder.parent / "corpus"
+    assert main(["import", "depth", str(folder), "--layout", write_layout(folder), "--out", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert re.search(f"left out: .*{reason}", told)
+    assert "9 frames in" in told
+    assert "1 of 10 were left out" in told
+    corpus = Corpus.open(out)
+    assert [corpus.info(i).pose_id for i in range(9)] == [f"layout/d_{n}" for n in (5, 6, *range(8, 15))]
+    assert corpus.header.config["import"]["left_out"] == 1
+    assert list(faults(corpus)) == []
+
+
+def test_frames_that_are_left_out_are_the_same_on_every_run(folder, bytes_of):
+    _empty(folder)
+    layout = write_layout(folder)
+    one = imported(folder, layout)
+    for workers, name in ((2, "other"), (1, "again"), (1, "again")):
+        words = ["--layout", layout, "--out", str(folder.parent / name), "--workers", str(workers)]
+        assert main(["import", "depth", str(folder), *words]) == 0
+    assert bytes_of(one.path) == bytes_of(folder.parent / "other") == bytes_of(folder.parent / "again")
+
+
+def test_a_folder_without_a_usable_frame_is_refused_with_the_first_reason(folder):
+    for path in folder.glob("d_*.png"):
+        cv2.imwrite(str(path), np.zeros((48, 64), np.uint16))
+    with pytest.raises(UserError, match=r"no frame that can be used; the first of 10: .*d_5.png shows no person"):
+        DepthSettings(folder, folder.parent / "out", write_layout(folder)).order()
 
 
 def test_truncated_raw_and_hdf5_without_keys_are_named(tmp_path):
@@ -317,7 +328,7 @@ def test_truncated_raw_and_hdf5_without_keys_are_named(tmp_path):
     for name in ("a_depth_map.h5", "a_labels.h5"):
         with h5py.File(tmp_path / name, "w") as file:
             file["other"] = 1
-    with pytest.raises(UserError, match=r"a_depth_map.h5 has no array 'data'; it has other"):
+    with pytest.raises(UserError, match=r"the first of 1: .*a_depth_map.h5 has no array 'data'; it has other"):
         DepthSettings(tmp_path, tmp_path / "out").order()
 
 

@@ -2,23 +2,24 @@
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pipelines import foreign
 from pipelines.cli import main
 from pipelines.commands.import_mocap import MocapSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
-from pipelines.importing.mocap import trial_and_subject
+from pipelines.errors import UserError
 from pipelines.importing.splits import SplitRule
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted
 from synth.bodies.mocap.roles import joints_of
 from synth.bodies.mocap.select import joint_places
 from synth.bodies.poses.library import read_library
-from tests.mocap_files import SIT, STAND, bvh_text, degrees, standing_root, with_axes_anywhere
+from synth.geometry import axis_angle
+from tests.mocap_files import SIT, STAND, bvh_text, degrees, resting_root, standing_root, with_axes_anywhere
 from tests.shared_data import SHARED
 
 DATA = SHARED / "data" / "mocap"
@@ -71,7 +72,7 @@ def test_good_files_are_imported_and_bad_ones_listed_by_name(folder, tmp_path, c
     for name, reason in [
         ("01_01_again.bvh", "is trial 01_01 again, which was already read from 01_01.bvh"),
         ("a_text.bvh", "is not a BVH file"),
-        ("b_bytes.bvh", "codec can't decode"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
+        ("b_bytes.bvh", "is not a BVH file"), ("c_joints.bvh", "LeftUpLeg (l_hip); it has Hips"),
         ("d_nan.bvh", "has no frame without NaN"), ("e_zero.bvh", "has 0 frames"),
         ("f_cut.bvh", "has no complete line of values"), ("g_empty.bvh", "is not a BVH file"),
     ]:  # fmt: skip
@@ -194,19 +195,6 @@ def test_subjects_are_dealt_out_each_on_its_own_and_lists_go_first():
     assert dealt != {str(k): SplitRule(seed=1).split_of(str(k)) for k in range(2000)}
 
 
-@pytest.mark.parametrize(
-    ("path", "names"),
-    [
-        ("x/02_06.bvh", ("02_06", "02")),
-        ("x/02_06_daz.bvh", ("02_06", "02")),
-        ("/d/anna/walk.bvh", ("anna_walk", "anna")),
-        ("/d/anna/2_walk.bvh", ("anna_2_walk", "anna")),
-    ],
-)  # fmt: skip
-def test_names_of_recordings_and_subjects(path, names):
-    assert trial_and_subject(Path(path)) == names
-
-
 @needs_data
 def test_the_same_trial_in_two_conventions_gives_nearly_the_same_poses():
     from synth.bodies.mocap.bvh import parse_bvh
@@ -291,3 +279,69 @@ def test_a_pattern_puts_all_subjects_into_a_split(folder, tmp_path):
     assert {trial.split for trial in library.trials} == {"test"}
     library = MocapSettings(folder, tmp_path / "lib", val=("02",), test=("0[13]",)).library()
     assert {trial.subject: trial.split for trial in library.trials} == {"01": "test", "02": "val", "03": "test"}
+
+
+def take(frames: list[tuple[np.ndarray, np.ndarray]]) -> str:
+    upright = [(STAND, standing_root(STAND))] * 8
+    return bvh_text(upright + frames + upright)
+
+
+def test_what_became_of_every_frame_is_told(tmp_path, caplog):
+    lying = resting_root(STAND, axis_angle((0.0, 1.0, 0.0), -1.5))
+    air = standing_root(STAND)
+    air[2, 3] += 0.4
+    beyond = STAND + degrees(l_shoulder_abduction=50.0, l_elbow_flexion=-60.0, l_knee_flexion=-45.0)
+    frames = [(STAND, lying)] * 9 + [(STAND, air)] * 7 + [(beyond, standing_root(beyond))] * 5
+    (tmp_path / "take.bvh").write_text(take(frames + [(SIT, standing_root(SIT))] * 20))
+    caplog.set_level("INFO", "pipelines")
+    library = MocapSettings(tmp_path, tmp_path / "p", test=("*",)).library()
+    told = next(line for line in caplog.messages if "take.bvh" in line)
+    for words in ("58 frames", "  1 T-poses", "  9 on the floor", "  7 unsupported", "  5 out of reach"):
+        assert words in told
+    assert library.is_sitting.tolist() == [False, True]
+
+
+def test_each_file_that_is_junk_is_one_line_and_the_others_are_imported(tmp_path, capsys):
+    good = recording(0.0)
+    head, mark, values = good.partition("MOTION\n")
+    files = {
+        "channels": head.replace("CHANNELS 3", "CHANNELS 1000000000") + mark + values,
+        "commas": head + mark + values.replace(".", ",", 5),
+        "short": good.rstrip().rpartition(" ")[0],
+        "nested": "HIERARCHY\n" + "ROOT a\n{\n" * 5000 + "MOTION\nFrames: 1\nFrame Time: 0.1\n1\n",
+        "flat": re.sub("OFFSET .*", "OFFSET 0 0 0", head) + mark + values,
+        "empty": "",
+        "none": head + mark + "Frames: 0\nFrame Time: 0.1\n",
+    }  # fmt: skip
+    for name, text in files.items():
+        (tmp_path / f"{name}.bvh").write_text(text)
+    (tmp_path / "folder.bvh").mkdir()
+    (tmp_path / "gone.bvh").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "good.bvh").write_text(good.replace("Frames: 41", "Frames: 1000000000"))
+    assert main(["import", "mocap", str(tmp_path), "--out", str(tmp_path / "p"), "--test", "*"]) == 0
+    captured = capsys.readouterr()
+    refused = [line for line in captured.out.splitlines() if line.startswith("refused: ")]
+    names = {line.split(".bvh")[0].rpartition("/")[2] for line in refused}
+    assert names == {*files, "folder", "gone"}
+    assert "Traceback" not in captured.out + captured.err
+    assert "good.bvh was cut off: it has 41 of 1000000000 frames" in captured.out
+    assert "good.bvh" in {trial.file for trial in read_library(tmp_path / "p").trials}
+
+
+def test_a_file_that_would_take_too_much_memory_is_refused_unread(tmp_path, monkeypatch, capsys):
+    (tmp_path / "large.bvh").write_text(recording(0.0))
+    monkeypatch.setattr(foreign, "MAX_BYTES", 100_000)
+    assert main(["import", "mocap", str(tmp_path), "--out", str(tmp_path / "p")]) == 1
+    assert "large.bvh: its text would take" in capsys.readouterr().out
+
+
+def test_people_in_folders_and_files_with_dates_are_kept_apart(tmp_path):
+    for k, name in enumerate(("anna/2023_05_12_take1", "anna/2023_05_12_take2", "ben/2023_05_12_take1")):
+        path = tmp_path / f"{name}.bvh"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(re.sub("(ROOT|JOINT) ", r"\1 Müller_", recording(float(k))).encode("latin-1"))
+    library = MocapSettings(tmp_path, tmp_path / "p", val=("anna",), test=("ben",)).library()
+    assert [(trial.subject, trial.split) for trial in library.trials] == [("anna", "val")] * 2 + [("ben", "test")]
+    by_name = MocapSettings(tmp_path, tmp_path / "p", subject_from="name")
+    with pytest.raises(UserError, match="none of the 3"):
+        by_name.library()

@@ -1,6 +1,7 @@
 """undergrowth predict on recordings: files of every kind, folders by layout, damaged files, smoothing, sheets."""
 
 import json
+import os
 import re
 from dataclasses import replace
 
@@ -217,6 +218,94 @@ def test_a_plain_folder_with_a_camera_is_read_whole(models, folder, tmp_path):
     (folder / "d_5.overlay.png").write_bytes(b"")
     assert predict(models / "oarf", folder, *INTRINSICS, "--out", out) == 0
     assert [line["name"] for line in lines_of(out)] == [f"d_{n}" for n in (5, 6, 7, 8)]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda depth: depth.byteswap(), "the bytes look swapped"),
+        (lambda depth: depth.astype(np.float32), "floats are read as metres, but the values go up to 1950"),
+        (lambda depth: depth * np.uint16(10), "a median depth of 19.5 m .* mm_per_unit = 0.1"),
+        (lambda depth: depth // np.uint16(10), "a median depth of 0.195 m.* mm_per_unit = 10"),
+        (lambda depth: np.full_like(depth, 65535), "shows nothing"),
+    ],
+)
+def test_depth_that_cannot_be_a_persons_is_never_answered(models, folder, tmp_path, capsys, spoil, message):
+    layout = write_layout(folder, "npy", joints=[])
+    for path in folder.glob("d_*.png"):
+        np.save(path.with_suffix(".npy"), cv2.imread(str(path), cv2.IMREAD_UNCHANGED))
+    np.save(folder / "d_6.npy", spoil(np.load(folder / "d_6.npy")))
+    out = tmp_path / "out"
+    assert predict(models / "oarf", folder / "d_6.npy", *INTRINSICS, "--out", out) == 1
+    assert re.search(message, error_line(capsys))
+    assert names_of(out) == []
+    assert predict(models / "oarf", folder, "--layout", layout, "--out", out) == 1
+    message = message.replace("shows nothing", "shows no person")
+    assert [bool(re.search(message, line.get("error", ""))) for line in lines_of(out)] == [
+        False,
+        True,
+        False,
+        False,
+    ]
+    assert "d_6.json" not in names_of(out)
+
+
+def test_what_is_only_unlikely_is_answered_and_told(models, folder, tmp_path, capsys):
+    depth = cv2.imread(str(folder / "d_5.png"), cv2.IMREAD_UNCHANGED)
+    cv2.imwrite(str(tmp_path / "far.png"), np.where(depth > 0, 9000, 0).astype(np.uint16))
+    assert (
+        predict(
+            models / "oarf", tmp_path / "far.png", "--intrinsics", "200", "200", "31.5", "23.5", "--out", tmp_path
+        )
+        == 0
+    )
+    assert "warning: " in capsys.readouterr().out
+    assert (tmp_path / "far.json").exists()
+
+
+def test_grey_maps_tiff_and_exr_give_the_skeleton_of_the_png(models, folder, tmp_path):
+    import OpenEXR
+
+    depth = cv2.imread(str(folder / "d_5.png"), cv2.IMREAD_UNCHANGED)
+    many = tmp_path / "many"
+    many.mkdir()
+    cv2.imwrite(str(many / "a.png"), depth)
+    (many / "b.pgm").write_bytes(b"P5 64 48 65535\n" + depth.astype(">u2").tobytes())
+    cv2.imwrite(str(many / "c.tif"), (depth / 1000.0).astype(np.float32))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"Z": (depth / 1000.0).astype(np.float32)}) as file:
+        file.write(str(many / "d.exr"))
+    out = tmp_path / "out"
+    assert predict(models / "oarf", *sorted(many.iterdir()), *INTRINSICS, "--out", out) == 0
+    assert [line["name"] for line in lines_of(out)] == ["a", "b", "c", "d"]
+    assert all(line["joints"] == lines_of(out)[0]["joints"] for line in lines_of(out))
+    for suffix in (".pgm", ".tif", ".exr"):
+        (tmp_path / suffix[1:]).mkdir()
+        (path,) = many.glob(f"*{suffix}")
+        for k in (1, 2):
+            (tmp_path / suffix[1:] / f"{k}{suffix}").write_bytes(path.read_bytes())
+        assert predict(models / "oarf", tmp_path / suffix[1:], *INTRINSICS, "--out", tmp_path / f"o{suffix}") == 0
+        assert len(lines_of(tmp_path / f"o{suffix}")) == 2
+
+
+def test_names_that_are_no_text_are_written_as_text(models, folder, tmp_path):
+    strange = tmp_path / os.fsdecode(b"caf\xe9")
+    strange.mkdir()
+    data = (folder / "d_5.png").read_bytes()
+    for name in (b"d_\xff1.png", b"d_\xff2.png", "d_\u00e93.png".encode()):
+        (strange / os.fsdecode(name)).write_bytes(data)
+    (strange / os.fsdecode(b"d_\xfe4.png")).write_bytes(data[:-30])
+    layout = write_layout(folder, joints=[])
+    for k, words in enumerate([[strange, "--layout", layout], [*sorted(strange.iterdir()), *INTRINSICS]]):
+        out = tmp_path / str(k)
+        assert predict(models / "oarf", *words, "--out", out) == 1
+        names = [r"d_\xff1", r"d_\xff2", "d_\u00e93"]
+        assert {line["name"] for line in lines_of(out)} == {*names, r"d_\xfe4"}
+        (out / "skeletons.jsonl").read_bytes().decode("utf-8")
+        assert {f"{name}.json" for name in names} | {f"{name}.overlay.png" for name in names} <= set(names_of(out))
+        assert cv2.imread(str(out / f"{names[0]}.overlay.png")) is not None
+        for line in lines_of(out):
+            json.dumps(line, ensure_ascii=False).encode("utf-8")
 
 
 # Starts of walks

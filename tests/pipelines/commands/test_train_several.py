@@ -120,10 +120,10 @@ def test_the_model_names_its_corpora_in_order_and_counts_frames_of_each(mixed, t
 
 def test_a_joint_that_one_corpus_tells_is_learned_from_it(mixed, recorded, tmp_path, capsys):
     torso = JOINT_NAMES.index("torso")
-    assert all((tree.leaves.weight[:, :, torso] > 0).any() for tree in load_model(mixed).trees)
+    assert all((tree.leaves.unpacked().weight[:, :, torso] > 0).any() for tree in load_model(mixed).trees)
     alone = tmp_path / "alone"
     assert train((recorded,), alone) == 0
-    assert not any((tree.leaves.weight[:, :, torso] > 0).any() for tree in load_model(alone).trees)
+    assert not any((tree.leaves.unpacked().weight[:, :, torso] > 0).any() for tree in load_model(alone).trees)
     assert "are not learned: torso" in capsys.readouterr().out
 
 

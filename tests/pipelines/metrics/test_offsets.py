@@ -124,7 +124,7 @@ class Lower:
         places = range(len(frames))
         self.answers = {frames[i].depth.tobytes(): frames[i].joints - 0.12 * up[i] for i in places}
 
-    def predict(self, depth, camera):
+    def predict(self, depth, camera, box=None):
         n = len(JOINT_NAMES)
         proposals = self.answers[depth.tobytes()][:, None].astype(np.float32)
         unknown = np.full(n, np.nan, np.float32)

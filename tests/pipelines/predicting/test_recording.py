@@ -77,7 +77,7 @@ def test_what_cannot_be_read_is_left_out_and_told(tmp_path):
     (folder / "d_6.png").write_bytes(b"no picture")
     found = ask_recording(recorded(folder, write_layout(folder)), {"semantic": model("semantic")})
     assert (found.n_frames, found.n_asked) == (3, 2)
-    assert ["d_6.png is neither a PNG" in reason for reason in found.skipped] == [True]
+    assert ["d_6.png is not a PNG" in reason for reason in found.skipped] == [True]
     assert [item.key for item in found.shown] == ["d_5", "d_7"]
 
 

@@ -57,7 +57,6 @@ def test_the_rest_pose_has_every_joint_at_its_offset():
         ("HIERARCHY", "HIERARCHIE", "is not a BVH file"),
         ("MOTION", "", "is not a BVH file"),
         ("Frames: 2", "Frames: 0", "has 0 frames"),
-        ("Frames: 2", "Frames: 1", "has 2 lines of values, but says Frames: 1"),
         ("Frames: 2", "Fames: 2", "'Frames:' is expected"),
         ("Frame Time: 0.04", "Frame Time: -1", r"of -1\.0 s"),
         ("5 6 7 10", "5 6 7", "frame 1 has 8 values; the channels of the hierarchy are 9"),

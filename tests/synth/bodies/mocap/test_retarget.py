@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from synth.bodies.mocap.ball_joint import ball_miss, ball_start, other_start
 from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.retarget import Retargeted, retarget
-from synth.bodies.mocap.retarget_kernels import HAND_WEIGHT, LIMB_WEIGHT, ball_start
+from synth.bodies.mocap.retarget_kernels import HAND_WEIGHT, LIMB_WEIGHT
 from synth.bodies.mocap.select import unlike_poses
 from synth.bodies.mocap.source import Source, read_source
 from synth.bodies.rig.kinematics import link_transforms
@@ -117,6 +118,28 @@ def test_the_closed_form_of_a_ball_joint_points_the_limb():
         if np.sin(elbow) > 0.3:
             R = R @ axis_angle(side * DOWN, rotation) @ axis_angle(-bend * LEFT, elbow)
             assert np.allclose(R @ DOWN, beyond, atol=1e-9)
+
+
+def test_the_other_angles_of_a_ball_joint_point_the_limb_as_well():
+    rng = np.random.default_rng(6)
+    for _ in range(200):
+        limb, beyond = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
+        side, bend = rng.choice([-1.0, 1.0]), rng.choice([-1.0, 1.0])
+        start = ball_start(limb, beyond, bend, side, 0.0)
+        for angles in (start, other_start(start)):
+            assert ball_miss(angles, limb, beyond, bend, side) < 1e-6
+        turned = (start[0] + 0.3, *start[1:])
+        R = axis_angle(-LEFT, 0.3)
+        assert ball_miss(turned, R @ limb, R @ beyond, bend, side) < 1e-6
+        assert ball_miss((*start[:3], start[3] + 0.2), limb, beyond, bend, side) == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("bend", [4.0, 8.0, 14.0, 20.0, 30.0])
+def test_slight_bends_of_level_arms_come_back(bend):
+    angles = degrees(shoulder_abduction=90.0, elbow_flexion=bend)
+    found = retarget(read([angles]))
+    elbows = [DOF_IDX[f"{s}_elbow_flexion"] for s in "lr"]
+    assert np.allclose(np.degrees(found.angles[1, elbows]), bend, atol=1.0)
 
 
 def test_a_straight_limb_has_no_rotation_of_its_own():
