@@ -141,6 +141,9 @@ def _check_labels(path: Path, there: object) -> None:
     """
     if not isinstance(there, dict):
         raise CorpusError(f"{path} is damaged: it has no label tables")
+    angles = there.get("angles")
+    if not isinstance(angles, list) or not all(map(_is_angle, angles)):
+        raise CorpusError(f"{path} is damaged: its joint angles must be names with two limits")
     for name, here in label_tables().items():
         given = there.get(name)
         if not isinstance(given, list):
@@ -151,6 +154,14 @@ def _check_labels(path: Path, there: object) -> None:
                 (code, *pair) for code, pair in enumerate(zip_longest(given, known)) if pair[0] != pair[1]
             )
             raise CorpusError(f"{path} has other {name}: code {code} is {theirs!r}, this program reads {ours!r}")
+
+
+def _is_angle(value: object) -> bool:
+    """Whether a value is a name with two limits."""
+    if not isinstance(value, list) or len(value) != 3:
+        return False
+    name, *limits = value
+    return isinstance(name, str) and all(isinstance(limit, int | float) for limit in limits)
 
 
 def digest_of(document: dict) -> str:
@@ -203,4 +214,6 @@ def _header(path: Path, document: dict) -> Header:
         value = document.get(name)
         if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
             raise CorpusError(f"{path} is damaged: {name}={value!r:.40} must be a whole number in {least}..{most}")
+    if len(document["labels"]["angles"]) > document["n_dof"]:
+        raise CorpusError(f"{path} is damaged: it names more joint angles than it has")
     return Header(**{name: document[name] for name in Header.__dataclass_fields__})

@@ -156,6 +156,8 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - _INDEX_BYTES))
             index_bytes = _without_crc(file.read(_INDEX_BYTES), f"the index of {path}")
+            if len(index_bytes) != _INDEX_BYTES - 4:
+                raise CorpusError(f"the index of {path} is damaged: it is cut short")
             index = np.frombuffer(index_bytes, dtype="<u8").reshape(SHARD_FRAMES, 2)
             for row, slot in enumerate(slots):
                 offset, n_bytes = (int(v) for v in index[slot])

@@ -1,5 +1,6 @@
 """Damage to files, drawn from a generator: bits, bytes, lines, numbers, values of JSON."""
 
+import copy
 import json
 from typing import Any
 
@@ -67,7 +68,7 @@ def damaged_value(document: Any, rng: np.random.Generator) -> Any:
         elif way == 4 and rng.random() < 0.1:
             above[key] = json.loads("[" * 500 + "]" * 500)
         else:
-            above[key] = VALUES[int(rng.integers(len(VALUES)))]
+            above[key] = copy.deepcopy(VALUES[int(rng.integers(len(VALUES)))])
     return document
 
 

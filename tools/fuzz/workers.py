@@ -140,9 +140,12 @@ def _work(
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     begun = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for number in numbers:
-        data = _mutation(form, whole, seed, number)
-        form.sample.write_bytes(data)
-        outcome, words = ("same", "") if data == whole else _judged(form, answer)
+        try:
+            data = _mutation(form, whole, seed, number)
+            form.sample.write_bytes(data)
+            outcome, words = ("same", "") if data == whole else _judged(form, answer)
+        except BaseException:
+            outcome, words = "broken", f"the tool itself: {traceback.format_exc()[-300:]}"
         taken = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begun
         is_greedy = taken > MORE_RESIDENT_KIB
         if is_greedy and outcome in ("refused", "read"):

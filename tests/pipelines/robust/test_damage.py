@@ -98,6 +98,23 @@ def test_a_record_of_other_values_is_one_error(corpus, path):
             Corpus.open(corpus).info(1)
 
 
+@pytest.mark.parametrize("angles", [None, [3], [[]], [["knee", 0.0]], [["knee", None, 1.0]], [["a", 0, 1]] * 8])
+def test_joint_angles_without_limits_are_refused(corpus, angles):
+    document = json.loads((corpus / "corpus.json").read_text())
+    document["labels"]["angles"] = angles
+    document["digest"] = digest_of(document)
+    (corpus / "corpus.json").write_text(json.dumps(document))
+    with pytest.raises(CorpusError, match=r"corpus.json is damaged"):
+        Corpus.open(corpus)
+
+
+@pytest.mark.parametrize("data", [b"", b"\0\0\0\0", b"x"])
+def test_a_shard_that_is_shorter_than_its_index_is_refused(corpus, data):
+    (corpus / "arrays.zarr/depth/c/0/0/0").write_bytes(data)
+    with pytest.raises(CorpusError, match=r"the index of .* is damaged"):
+        Corpus.open(corpus).arrays("depth", [3])
+
+
 def test_verify_checks_the_sizes_that_the_manifest_tells(corpus):
     first, *rest = (corpus / "manifest.jsonl").read_text().splitlines(keepends=True)
     (corpus / "manifest.jsonl").write_text(changed(first, ["n_bytes", "depth"], 17) + "\n" + "".join(rest))
