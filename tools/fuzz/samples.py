@@ -121,6 +121,10 @@ def depth(folder: Path, suffix: str) -> Path:
     path = folder / f"image.{suffix}"
     if kind == "png":
         path.write_bytes(cv2.imencode(".png", image)[1].tobytes())
+    elif kind in ("pgm", "tiff"):
+        path.write_bytes(cv2.imencode(f".{kind}", image)[1].tobytes())
+    elif kind == "exr":
+        _write_exr(path, image)
     elif kind == "npy":
         np.save(path, image)
     elif kind == "raw":
@@ -130,6 +134,14 @@ def depth(folder: Path, suffix: str) -> Path:
     else:
         _write_cloud(path, image, suffix.split(".", maxsplit=1)[0])
     return path
+
+
+def _write_exr(path: Path, image: np.ndarray) -> None:
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"Z": np.ascontiguousarray(image / np.float32(1000.0), np.float32)}) as file:
+        file.write(str(path))
 
 
 def _write_itop(path: Path, image: np.ndarray) -> None:

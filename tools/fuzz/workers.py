@@ -133,7 +133,8 @@ def _work(
     tell: multiprocessing.connection.Connection,
 ) -> None:
     """What a process does: writes, reads and judges one mutation after another."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # libraries of C print there
+    for stream in (1, 2):  # libraries of C print there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limit = pages * resource.getpagesize() + MORE_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
