@@ -4,25 +4,7 @@ from dataclasses import dataclass, field
 
 from forests.growing import GrowthConfig
 from forests.samples import Layer
-
-SKELETON: tuple[tuple[str, str], ...] = (
-    ("neck", ""),
-    ("torso", "neck"),
-    ("head", "neck"),
-    ("r_shoulder", "neck"),
-    ("l_shoulder", "neck"),
-    ("r_elbow", "r_shoulder"),
-    ("l_elbow", "l_shoulder"),
-    ("r_hand", "r_elbow"),
-    ("l_hand", "l_elbow"),
-    ("r_hip", "torso"),
-    ("l_hip", "torso"),
-    ("r_knee", "r_hip"),
-    ("l_knee", "l_hip"),
-    ("r_foot", "r_knee"),
-    ("l_foot", "l_knee"),
-)
-"""(joint, parent), parents first; "" is no joint, but the place where the person was found."""
+from forests.skeleton.kinematics import SKELETON
 
 UPPER_BODY = ("head", "neck", "torso", "r_shoulder", "l_shoulder", "r_elbow", "l_elbow", "r_hand", "l_hand")
 """Names for `RWFConfig.joints`: what a desk or a crowd leaves to be seen."""

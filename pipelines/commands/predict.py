@@ -44,6 +44,7 @@ class PredictSettings:
         smooth: Treat the images as a sequence and smooth the joints over time.
         fps: Images per second of the sequence, counted before --every leaves any out.
         pictures: Write NAME.overlay.png for every image.
+        skeleton: Make one skeleton out of the model's proposals. Without, each joint is found on its own.
     """
 
     model: Annotated[Path, tyro.conf.Positional]
@@ -62,6 +63,7 @@ class PredictSettings:
     smooth: bool = False
     fps: float = 30.0
     pictures: bool = True
+    skeleton: bool = True
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.near < self.far:
@@ -80,7 +82,7 @@ class PredictSettings:
             UserError: Inputs that contradict one another, or images that were left out.
         """
         self._check_inputs()
-        contestant, about = open_model(self.model)
+        contestant, about = open_model(self.model, self.skeleton)
         self.out.mkdir(parents=True, exist_ok=True)
         requests = self._requests()
         options = PredictionOptions(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
