@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,8 @@ from forests.oarf.predict import Predictor
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
 from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, answers_of, joined
-from forests.skeleton.folds import N_FOLDS, ShiftedStore, answers_across
-from forests.skeleton.learn import learn_skeleton
+from forests.skeleton.folds import N_FOLDS, ShiftedStore
+from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
@@ -70,22 +71,23 @@ def train(
         store = ShiftedStore(checkpoint, config.n_trees + fold) if checkpoint else None
         part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        ask = _asked(replace(part, tuning=model.tuning))
-        return joined([answers_of(ask, own), answers_of(ask, own, is_cut=True)])
+        part = replace(part, tuning=model.tuning)
+        return joined([_answers(part, own, False), _answers(part, own, True)])
 
-    across = answers_across(frames, answer_apart)
-    bodies = across[1].joints if across else np.stack([frames[k].joints for k in range(len(frames))])
-    whole, cut = None, None
-    if validation is not None and len(validation):
-        whole, cut = (answers_of(_asked(model), validation, is_cut=is_cut) for is_cut in (False, True))
-    skeleton = learn_skeleton(model.labels.joints, bodies, across, whole, cut, config.seed)
+    skeleton = learn_from_frames(
+        model.labels.joints, frames, validation, answer_apart, partial(_answers, model), config.seed
+    )
     on_progress(1.0)
     return replace(model, skeleton=skeleton)
 
 
-def _asked(model: OARFModel) -> Callable[[DepthFrame], JointEstimate]:
+def _answers(model: OARFModel, frames: FrameSequence, is_cut: bool) -> tuple[Answers, Truth]:
     predictor = Predictor(model)
-    return lambda frame: predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
+
+    def ask(frame: DepthFrame) -> JointEstimate:
+        return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
+
+    return answers_of(ask, frames, is_cut=is_cut)
 
 
 def train_forest(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -23,9 +24,9 @@ from forests.rwf.tune import tune
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
 from forests.skeleton.answers import Answers, Truth, answers_of, joined
-from forests.skeleton.folds import LEAST_FRAMES, N_FOLDS, ShiftedStore, answers_across
+from forests.skeleton.folds import LEAST_FRAMES, N_FOLDS, ShiftedStore
 from forests.skeleton.kinematics import parents_first, parents_of
-from forests.skeleton.learn import learn_skeleton
+from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _MAX_BYTES = 2**31
@@ -94,13 +95,9 @@ def train(
         walker = replace(walker, within_weights=model.within_weights)
         return joined([_answers(walker, own, False), _answers(walker, own, True)])
 
-    across = answers_across(frames, answer_apart)
-    places = chosen_joints(frames.labels.joints, model.joints)
-    bodies = across[1].joints if across else np.stack([frames[k].joints[places] for k in range(len(frames))])
-    whole, cut = None, None
-    if validation is not None and len(validation):
-        whole, cut = (_answers(model, validation, is_cut) for is_cut in (False, True))
-    skeleton = learn_skeleton(model.joints, bodies, across, whole, cut, config.seed)
+    skeleton = learn_from_frames(
+        model.joints, frames, validation, answer_apart, partial(_answers, model), config.seed
+    )
     on_progress(1.0)
     return replace(model, skeleton=skeleton)
 

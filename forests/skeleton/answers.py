@@ -77,31 +77,33 @@ def answers_of(
     for index in range(len(frames)):
         frame = frames[index]
         edges = edges_of(frame.depth.shape, frame.camera)
+        own = frame.joints if places is None else frame.joints[places]
         if is_cut:
-            frame, edges = cut_frame(frame, edges, np.random.default_rng([_CUT_STREAM, index]))
+            frame, edges = cut_frame(frame, own, edges, np.random.default_rng([_CUT_STREAM, index]))
         said = ask(frame)
         told = (said.proposals, said.proposal_confidence, said.probability, said.hidden_probability, said.spread)
         answers.append((*told, edges))
-        joints.append(frame.joints if places is None else frame.joints[places])
+        joints.append(own)
         hidden.append(frame.is_occluded if places is None else frame.is_occluded[places])
     stacked = (np.stack(column).astype(np.float32) for column in zip(*answers, strict=True))
     return Answers(*stacked), Truth(np.stack(joints).astype(np.float32), np.stack(hidden))
 
 
 def cut_frame(
-    frame: DepthFrame, edges: NDArray[np.float32], rng: np.random.Generator
+    frame: DepthFrame, joints: NDArray[np.float32], edges: NDArray[np.float32], rng: np.random.Generator
 ) -> tuple[DepthFrame, NDArray[np.float32]]:
     """A frame as of a camera that stands so near that the image ends on the person: below, or at one side.
 
     Args:
         frame: Any frame.
+        joints: (n_joints, 3) float32, joints between which the image is to end, camera frame [m]; NaN = unknown.
         edges: (4,) of its image.
         rng: Draws where the image ends.
 
     Returns:
         The frame without the depth beyond the new edge, and the edges.
     """
-    known = frame.joints[is_known(frame.joints) & (frame.joints[:, 2] > 0)]
+    known = joints[is_known(joints) & (joints[:, 2] > 0)]
     if not len(known):
         return frame, edges
     side = int(rng.choice(4, p=CUT_SHARES))

@@ -11,6 +11,8 @@ MISSING = -1e30
 """The score of a candidate that is not there."""
 MOST_DEVIATIONS = 3.0
 """A limb is held to be as wrong as one this many standard deviations off, at most: some candidates are wrong."""
+SLACK = 1.04
+"""Limbs may be longer than the longest that was seen, and shorter than the shortest, by this factor."""
 N_RELAXATIONS = 8
 """Passes over all limbs that share a limb's change between its ends, before the last one moves children alone."""
 
@@ -98,7 +100,7 @@ def _send(
 
 @njit(cache=True, nogil=True)
 def limit_limbs(joints: np.ndarray, trust: np.ndarray, prior: BodyPrior) -> None:
-    """Moves joints as little as it takes until every limb is as long as one that was seen.
+    """Moves joints until every limb is about as long as one that was seen: the less trusted end moves more.
 
     Args:
         joints: (n_joints, 3) float32 [m], changed; NaN = nowhere.
@@ -123,11 +125,12 @@ def _fit(end: np.ndarray, start: np.ndarray, limits: np.ndarray, share: float) -
     """Brings a limb to a possible length, `share` of the way at its end; tells whether it had to be changed."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if not (length < limits[0] or length > limits[1]):
+    shortest, longest = limits[0] / SLACK, limits[1] * SLACK
+    if not (length < shortest or length > longest):
         return 0
     if length < 1e-6:
         dx, dy, dz, length = 0.0, 1e-6, 0.0, 1e-6
-    change = min(max(length, limits[0]), limits[1]) / length - 1.0
+    change = min(max(length, shortest), longest) / length - 1.0
     end[0] += share * change * dx
     end[1] += share * change * dy
     end[2] += share * change * dz

@@ -1,6 +1,7 @@
 """Learns what makes skeletons out of a kind of forest's proposals: from its answers on frames that are new to it."""
 
 import itertools
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from forests.calibration import WITHIN_M, fit_logistic
-from forests.frames import is_known
+from forests.frames import FrameSequence, is_known
 from forests.skeleton.answers import Answers, Truth, joined
 from forests.skeleton.features import trunk_of
+from forests.skeleton.folds import answers_across
 from forests.skeleton.frame import decode_frame
 from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network, no_network
@@ -22,6 +24,33 @@ MODES_ALONE = Rules(share=1.0, trust=0.0, limb=0.1, gap=0.0, reach_m=1.0)
 BESIDE_NETWORK = Rules(share=0.5, trust=0.15, limb=0.1, gap=1.0, reach_m=0.3)
 """Rules where there is one, but for those that are tried."""
 TRUSTS, REACHES_M = (0.0, 0.15, 0.3), (0.15, 0.2, 0.3, 0.4)
+
+
+def learn_from_frames(
+    names: tuple[str, ...],
+    frames: FrameSequence,
+    validation: FrameSequence | None,
+    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth]],
+    answers: Callable[[FrameSequence, bool], tuple[Answers, Truth]],
+    seed: int,
+) -> SkeletonModel:
+    """Learns what makes skeletons of a forest's proposals.
+
+    Args:
+        names: Of the joints that the forest answers.
+        frames: Its training frames.
+        validation: Frames that are new to it; None = rules and probabilities are not learned.
+        answers_apart: Trains on frames and answers others, see `forests.skeleton.folds.answers_across`.
+        answers: The forest's own answers on frames, which it sees whole or cut.
+        seed: Of the network.
+    """
+    across = answers_across(frames, answers_apart)
+    places = [frames.labels.joints.index(name) for name in names]
+    bodies = across[1].joints if across else np.stack([frames[k].joints[places] for k in range(len(frames))])
+    whole, cut = None, None
+    if validation is not None and len(validation):
+        whole, cut = answers(validation, False), answers(validation, True)
+    return learn_skeleton(names, bodies, across, whole, cut, seed)
 
 
 def learn_skeleton(
