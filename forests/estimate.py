@@ -1,6 +1,6 @@
 """What finds joints, and what it answers: the contract that every forest keeps and every user may rely on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -21,6 +21,8 @@ class JointEstimate:
         hidden_probability: (n_joints,) float32, calibrated, that an object hides the joint; NaN if not calibrated.
         spread: (n_joints,) float32, standard deviation of what the joint was averaged from [m].
         camera: Intrinsics, for the projection.
+        outside_probability: (n_joints,) float32, calibrated, that the joint is not in the image; NaN if not
+            calibrated.
     """
 
     proposals: NDArray[np.float32]
@@ -29,6 +31,11 @@ class JointEstimate:
     hidden_probability: NDArray[np.float32]
     spread: NDArray[np.float32]
     camera: Pinhole
+    outside_probability: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
+
+    def __post_init__(self) -> None:
+        if not len(self.outside_probability):
+            object.__setattr__(self, "outside_probability", np.full(len(self.spread), np.nan, np.float32))
 
     @property
     def joints(self) -> NDArray[np.float32]:

@@ -24,6 +24,7 @@ class OARFConfig:
         leaf_bandwidth_m: b of the leaves' mean shift [m].
         n_leaf_votes: Votes kept a joint in a leaf, for body and for occluder samples each.
         n_voting_pixels: Pixels that vote in a frame.
+        learn_skeleton: Also learn how to make one skeleton out of the joints' proposals (docs/skeletons.md).
         growth: How a tree is grown.
     """
 
@@ -35,6 +36,7 @@ class OARFConfig:
     leaf_bandwidth_m: float = 0.05
     n_leaf_votes: int = 2
     n_voting_pixels: int = 500
+    learn_skeleton: bool = False
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from forests.frames import LabelTable
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.packed import PackedLeaves
+from forests.skeleton.model import SkeletonModel
 
 
 class ForestTree(NamedTuple):
@@ -51,6 +52,7 @@ class OARFModel:
         classes: What it tells apart.
         trees: The trees.
         tuning: What was learned on validation frames.
+        skeleton: What makes one skeleton out of the joints' proposals; None = joints are answered one by one.
     """
 
     config: OARFConfig
@@ -58,3 +60,4 @@ class OARFModel:
     classes: ClassTable
     trees: tuple[ForestTree, ...]
     tuning: Tuning
+    skeleton: SkeletonModel | None = None

@@ -16,6 +16,8 @@ from forests.oarf.evidence import Evidence, terms
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
+from forests.skeleton.answers import N_CANDIDATES
+from forests.skeleton.decoded import decoded
 
 
 class Voters(NamedTuple):
@@ -70,18 +72,35 @@ class Predictor:
         n_pixels: int | None = None,
         n_proposals: int = 3,
     ) -> JointEstimate:
-        """Finds the joints of the one person in an image.
+        """Finds the joints of the one person in an image: as one skeleton, if the forest has learned of skeletons.
 
         Args:
             depth: (height, width) uint16 [mm], 0 = nothing; no mask of the person is needed.
             camera: Intrinsics.
             box: Where pixels may vote; what lies outside the image is cut off. None = everywhere.
             n_pixels: Pixels that vote; None = as the forest was configured.
-            n_proposals: Modes given per joint.
+            n_proposals: Proposals given per joint.
 
         Raises:
             ValueError: No depth image, an empty box, or a count below 1.
         """
+        skeleton = self.model.skeleton
+        if skeleton is None:
+            return self.predict_joints(depth, camera, box, n_pixels, n_proposals)
+        if n_proposals < 1:
+            raise ValueError(f"n_proposals={n_proposals} must be at least 1")
+        estimate = self.predict_joints(depth, camera, box, n_pixels, max(n_proposals, N_CANDIDATES))
+        return decoded(skeleton, estimate, depth.shape, n_proposals)
+
+    def predict_joints(
+        self,
+        depth: NDArray[np.uint16],
+        camera: Pinhole,
+        box: Box | None = None,
+        n_pixels: int | None = None,
+        n_proposals: int = 3,
+    ) -> JointEstimate:
+        """Finds the joints one by one, as the modes of their votes; arguments and errors as of `predict`."""
         proposals, evidence = self.examine(depth, camera, box, n_pixels, n_proposals)
         tuning, values = self.model.tuning, terms(evidence)
         within = logistic(tuning.within_weights, values)

@@ -15,6 +15,7 @@ from forests.oarf.evidence import TERMS
 from forests.oarf.model import ForestTree, OARFModel, Tuning
 from forests.oarf.packed import PackedLeaves, check_leaves
 from forests.records import from_json, to_json
+from forests.skeleton.storage import pack_skeleton, unpack_skeleton
 from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "oarf"
@@ -56,7 +57,7 @@ def pack_model(model: OARFModel) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {f"tuning.{name}": values for name, values in vars(model.tuning).items()}
     for number, tree in enumerate(model.trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
-    return arrays
+    return arrays | pack_skeleton(model.skeleton)
 
 
 def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> OARFModel:
@@ -73,7 +74,8 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
         own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
         trees.append(unpack_tree(own, labels, config))
     classes = ClassTable.of(labels, config.mode)
-    return OARFModel(config, labels, classes, tuple(trees), _tuning(arrays, labels.n_joints))
+    tuning, skeleton = _tuning(arrays, labels.n_joints), unpack_skeleton(arrays, labels.joints)
+    return OARFModel(config, labels, classes, tuple(trees), tuning, skeleton)
 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:

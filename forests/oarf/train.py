@@ -1,28 +1,98 @@
 """Training a regression forest from frames."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.frames import FrameSequence, is_known
+from forests.estimate import JointEstimate
+from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_class_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.leaves import LeafRules, leaf_table
 from forests.oarf.model import ForestTree, OARFModel
 from forests.oarf.packed import pack_leaves
+from forests.oarf.predict import Predictor
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
+from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, answers_of, joined
+from forests.skeleton.folds import N_FOLDS, ShiftedStore
+from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
+_FOLD_SEED = 1000
+"""Added to the seed of the forests that learn from halves."""
 _GROW_SHARE = 0.8
 """Of a tree's time; the rest goes to its leaves."""
 
 
 def train(
+    frames: FrameSequence,
+    config: OARFConfig,
+    *,
+    validation: FrameSequence | None = None,
+    n_threads: int = 1,
+    checkpoint: TreeStore[ForestTree] | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+) -> OARFModel:
+    """Trains a regression forest and, if the config says so, what makes one skeleton out of its proposals.
+
+    For the latter, two forests of one tree each learn from one half of the frames and answer the other half; see
+    `forests.skeleton.learn`.
+
+    Args:
+        frames: Training frames; each is read a few times.
+        config: How it is trained.
+        validation: Frames to learn lambda_j, b_j and the probabilities on; None leaves them at their defaults.
+        n_threads: Threads; the forest is the same to the byte for any number.
+        checkpoint: Keeps finished trees; those of the halves follow the forest's own.
+        on_progress: Told the share of the work that is done, 0..1.
+
+    Raises:
+        ValueError: No frames, none that shows a person, or none that knows a joint.
+    """
+    share = config.n_trees / (config.n_trees + 1.0) if config.learn_skeleton else 1.0
+    model = train_forest(
+        frames,
+        config,
+        validation=validation,
+        n_threads=n_threads,
+        checkpoint=checkpoint,
+        on_progress=lambda done: on_progress(share * done),
+    )
+    if not config.learn_skeleton:
+        return model
+
+    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth]:
+        halved = replace(config, n_trees=1, seed=config.seed + _FOLD_SEED + fold)
+        store = ShiftedStore(checkpoint, config.n_trees + fold) if checkpoint else None
+        part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
+        on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
+        part = replace(part, tuning=model.tuning)
+        return joined([_answers(part, own, False), _answers(part, own, True)])
+
+    skeleton = learn_from_frames(
+        model.labels.joints, frames, validation, answer_apart, partial(_answers, model), config.seed
+    )
+    on_progress(1.0)
+    return replace(model, skeleton=skeleton)
+
+
+def _answers(model: OARFModel, frames: FrameSequence, is_cut: bool) -> tuple[Answers, Truth]:
+    predictor = Predictor(model)
+
+    def ask(frame: DepthFrame) -> JointEstimate:
+        return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
+
+    return answers_of(ask, frames, is_cut=is_cut)
+
+
+def train_forest(
     frames: FrameSequence,
     config: OARFConfig,
     *,

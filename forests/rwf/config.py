@@ -4,26 +4,8 @@ from dataclasses import dataclass, field
 
 from forests.growing import GrowthConfig
 from forests.samples import Layer
+from forests.skeleton.kinematics import SKELETON
 from storage.ranges import MAX_SEED, check_fields
-
-SKELETON: tuple[tuple[str, str], ...] = (
-    ("neck", ""),
-    ("torso", "neck"),
-    ("head", "neck"),
-    ("r_shoulder", "neck"),
-    ("l_shoulder", "neck"),
-    ("r_elbow", "r_shoulder"),
-    ("l_elbow", "l_shoulder"),
-    ("r_hand", "r_elbow"),
-    ("l_hand", "l_elbow"),
-    ("r_hip", "torso"),
-    ("l_hip", "torso"),
-    ("r_knee", "r_hip"),
-    ("l_knee", "l_hip"),
-    ("r_foot", "r_knee"),
-    ("l_foot", "l_knee"),
-)
-"""(joint, parent), parents first; "" is no joint, but the place where the person was found."""
 
 UPPER_BODY = ("head", "neck", "torso", "r_shoulder", "l_shoulder", "r_elbow", "l_elbow", "r_hand", "l_hand")
 """Names for `RWFConfig.joints`: what a desk or a crowd leaves to be seen."""
@@ -60,6 +42,7 @@ class RWFConfig:
             end where limbs of the usual length end; long ones alone (1.2) suit people whom the training frames do
             not resemble.
         limb_share: Share of the training limbs that are shorter, and that are longer, than the limits.
+        learn_skeleton: Also learn how to make one skeleton out of the joints' proposals (docs/skeletons.md).
         growth: How a tree is grown.
     """
 
@@ -84,6 +67,7 @@ class RWFConfig:
     n_arriving: int = 5
     ways_m: tuple[float, ...] = (0.2, 0.3, 0.45, 0.65, 0.9, 1.2)
     limb_share: float = 0.01
+    learn_skeleton: bool = False
     growth: GrowthConfig = field(
         default_factory=lambda: GrowthConfig(
             max_depth=18,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from forests.frames import LabelTable
 from forests.rwf.config import RWFConfig
 from forests.rwf.walk import WalkPlan, WalkTables
+from forests.skeleton.model import SkeletonModel
 from forests.tree import tree_depth
 
 
@@ -52,6 +53,7 @@ class RWFModel:
         limbs: Ranges of the limbs' lengths in the training frames.
         within_weights: (n_joints, 2) float32, logistic regression of "within 10 cm" on 1 and the spread [m]; NaN
             = not calibrated.
+        skeleton: What makes one skeleton out of the walks' ends; None = joints are answered as walked to.
     """
 
     config: RWFConfig
@@ -61,6 +63,7 @@ class RWFModel:
     plan: WalkPlan
     limbs: Limbs
     within_weights: NDArray[np.float32]
+    skeleton: SkeletonModel | None = None
 
 
 def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...], n_clusters: int) -> WalkTables:

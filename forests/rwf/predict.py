@@ -11,6 +11,7 @@ from forests.rwf.model import RWFModel, walk_tables
 from forests.rwf.skeleton import fit_limbs
 from forests.rwf.start import start_point
 from forests.rwf.walk import walk_skeleton
+from forests.skeleton.decoded import decoded
 
 SPREAD_M = 0.1
 """Confidence is exp(-spread / this) [m]."""
@@ -42,7 +43,7 @@ class Predictor:
     def predict(
         self, depth: ArrayLike, camera: Pinhole, box: Box | None = None, *, start: ArrayLike | None = None
     ) -> JointEstimate:
-        """Walks to every joint.
+        """Walks to every joint, and makes one skeleton of them, if the forest has learned of skeletons.
 
         Args:
             depth: (height, width) uint16 [mm], 0 = nothing.
@@ -55,6 +56,14 @@ class Predictor:
             ValueError: No depth image, or both start and box, or one of another form.
         """
         image = check_depth(np.asarray(depth))
+        estimate = self.predict_joints(image, camera, box, start=start)
+        skeleton = self.model.skeleton
+        return estimate if skeleton is None else decoded(skeleton, estimate, image.shape, 1)
+
+    def predict_joints(
+        self, image: NDArray[np.uint16], camera: Pinhole, box: Box | None = None, *, start: ArrayLike | None = None
+    ) -> JointEstimate:
+        """Walks to every joint, each on its own; arguments and errors as of `predict`."""
         n = len(self.model.joints)
         point = start_point(image, camera, start, box)
         if point is None:

@@ -22,37 +22,6 @@ def chosen_joints(names: tuple[str, ...], wanted: tuple[str, ...]) -> NDArray[np
     return np.array([i for i, name in enumerate(names) if not wanted or name in wanted], np.int32)
 
 
-def parents_of(joints: tuple[str, ...], skeleton: tuple[tuple[str, str], ...]) -> NDArray[np.int32]:
-    """(n_joints,) place of each joint's nearest ancestor among `joints`; -1 = none.
-
-    A joint that the skeleton does not name has no parent.
-    """
-    above = dict(skeleton)
-    parents = np.full(len(joints), -1, np.int32)
-    for place, name in enumerate(joints):
-        ancestor = above.get(name, "")
-        while ancestor and ancestor not in joints:
-            ancestor = above.get(ancestor, "")
-        if ancestor:
-            parents[place] = joints.index(ancestor)
-    return parents
-
-
-def parents_first(parents: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(n_joints,) places, every parent before its children.
-
-    Raises:
-        ValueError: A joint is its own ancestor.
-    """
-    order: list[int] = []
-    while len(order) < len(parents):
-        ready = [j for j in range(len(parents)) if j not in order and (parents[j] < 0 or parents[j] in order)]
-        if not ready:
-            raise ValueError("the skeleton has a joint that is its own ancestor")
-        order += ready
-    return np.array(order, np.int32)
-
-
 def measure_limbs(joints: NDArray[np.float32], parents: NDArray[np.int32], share: float) -> Limbs:
     """Ranges of the limbs' lengths, in the frames that know both ends; without such frames any length is possible.
 

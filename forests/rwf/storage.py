@@ -13,6 +13,7 @@ from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
 from forests.rwf.skeleton import chosen_joints
 from forests.rwf.walk import WalkPlan
+from forests.skeleton.storage import pack_skeleton, unpack_skeleton
 from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "rwf"
@@ -58,7 +59,7 @@ def pack_model(model: RWFModel) -> dict[str, np.ndarray]:
     arrays["within_weights"] = model.within_weights
     for number, tree in enumerate(tree for trees in model.experts for tree in trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
-    return arrays
+    return arrays | pack_skeleton(model.skeleton)
 
 
 def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> RWFModel:
@@ -80,7 +81,8 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     weights = take_array(arrays, "within_weights", np.float32, (len(joints), 2))
     if np.isinf(weights).any():
         raise ValueError("the weights of a joint's probability are not finite")
-    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights)
+    skeleton = unpack_skeleton(arrays, joints)
+    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights, skeleton)
 
 
 def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:

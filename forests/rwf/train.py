@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -9,20 +10,28 @@ from numpy.typing import NDArray
 
 from forests.boxes import upper_body_box
 from forests.crops import Crops, CropWriter
+from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_direction_tree
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import RWFConfig
 from forests.rwf.model import ExpertTree, RWFModel
 from forests.rwf.points import draw_way_points, gate_of
-from forests.rwf.skeleton import chosen_joints, measure_limbs, parents_first, parents_of, starts_of
+from forests.rwf.predict import Predictor
+from forests.rwf.skeleton import chosen_joints, measure_limbs, starts_of
 from forests.rwf.start import start_point
 from forests.rwf.tune import tune
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
+from forests.skeleton.answers import Answers, Truth, answers_of, joined
+from forests.skeleton.folds import LEAST_FRAMES, N_FOLDS, ShiftedStore
+from forests.skeleton.kinematics import parents_first, parents_of
+from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _MAX_BYTES = 2**31
+_FOLD_SEED = 1000
+"""Added to the seed of the forests that learn from halves."""
 _READ_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
 
@@ -42,6 +51,71 @@ class WalkFrames(NamedTuple):
 
 
 def train(
+    frames: FrameSequence,
+    config: RWFConfig,
+    *,
+    validation: FrameSequence | None = None,
+    n_threads: int = 1,
+    checkpoint: TreeStore[ExpertTree] | None = None,
+    on_progress: Callable[[float], object] = lambda share: None,
+) -> RWFModel:
+    """Trains a random walk forest and, if the config says so, what makes one skeleton out of where its walks end.
+
+    For the latter, two forests learn from a half of the frames each; see `forests.skeleton.learn`.
+
+    Args:
+        frames: Training frames; each is read a few times.
+        config: How it is trained.
+        validation: Frames to choose starts, steps and clusters on; None leaves them as the config has them.
+        n_threads: Threads; the forest is the same to the byte for any number.
+        checkpoint: Keeps finished trees, numbered joint * n_trees + tree; those of the halves follow.
+        on_progress: Told the share of the work that is done, 0..1.
+
+    Raises:
+        ValueError: No frames, or joints that they do not have.
+    """
+    share = 0.5 if config.learn_skeleton and len(frames) >= LEAST_FRAMES else 1.0
+    model = train_forest(
+        frames,
+        config,
+        validation=validation,
+        n_threads=n_threads,
+        checkpoint=checkpoint,
+        on_progress=lambda done: on_progress(share * done),
+    )
+    if not config.learn_skeleton:
+        return model
+    n_all = len(model.joints) * config.n_trees
+
+    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth]:
+        halved = replace(model.config, joints=model.joints, seed=config.seed + _FOLD_SEED + fold)
+        store = ShiftedStore(checkpoint, n_all * (1 + fold)) if checkpoint else None
+        part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
+        on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
+        own_seed = replace(halved, seed=config.seed)
+        walker = replace(part, config=own_seed, plan=model.plan, within_weights=model.within_weights)
+        return joined([_answers(walker, own, False), _answers(walker, own, True)])
+
+    answers = partial(_answers, model)
+    skeleton = learn_from_frames(model.joints, frames, validation, answer_apart, answers, config.seed)
+    on_progress(1.0)
+    return replace(model, skeleton=skeleton)
+
+
+def _answers(model: RWFModel, frames: FrameSequence, is_cut: bool) -> tuple[Answers, Truth]:
+    """What a forest answers that is told the box of a perfect detector."""
+    walker = Predictor(model)
+    names = frames.labels.joints
+    inside = chosen_joints(names, model.config.box_joints)
+
+    def ask(frame: DepthFrame) -> JointEstimate:
+        box = upper_body_box(frame.joints[inside], frame.camera)
+        return walker.predict_joints(frame.depth, frame.camera, box)
+
+    return answers_of(ask, frames, chosen_joints(names, model.joints), is_cut)
+
+
+def train_forest(
     frames: FrameSequence,
     config: RWFConfig,
     *,

@@ -179,6 +179,25 @@ def _ask_imported(config: AblationConfig, libraries: Libraries) -> Iterator[Cond
             yield Condition("imported", tuple(settings.items()), scorings)
 
 
+def models_of(config: AblationConfig) -> Mapping[str, Any]:
+    """The settings of every kind of model, whose fields differ."""
+    return config.models
+
+
+def _ask_skeletons(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
+    """The same forests, with one skeleton out of their proposals and with each joint on its own."""
+    models = {name: replace(settings, learn_skeleton=True) for name, settings in models_of(config).items()}
+    learning = replace(config, models=models)
+    for has_skeleton in (True, False):
+        yield _condition(
+            learning,
+            "skeletons",
+            {"is_one_skeleton": has_skeleton},
+            asked={"has_skeleton": has_skeleton},
+            rows=config.rows,
+        )
+
+
 def _ask_frames(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.frame_counts:
         yield _condition(config, "frames", {"n_train_frames": count}, {"train": Selection("train", count)})
@@ -202,6 +221,7 @@ QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Conditi
     "unseen_class": _ask_unseen_class,
     "sensor": _ask_sensor,
     "imported": _ask_imported,
+    "skeletons": _ask_skeletons,
     "frames": _ask_frames,
     "trees": _ask_trees,
     "pixels": _ask_pixels,

@@ -48,6 +48,7 @@ class EvaluateSettings:
         rows: Write every answer beside the truth to this .npz file.
         threads: Number of frames that are processed at the same time. The scores do not depend on it.
         pixels: Also score the labels of pixels, if the model gives any.
+        skeleton: Make one skeleton out of the model's proposals. Without, each joint is found on its own.
         resamples: Number of bootstrap resamples of the frames for the confidence intervals.
         seed: Seed of the resamples.
     """
@@ -62,6 +63,7 @@ class EvaluateSettings:
     rows: Path | None = None
     threads: int = 1
     pixels: bool = True
+    skeleton: bool = True
     resamples: int = N_RESAMPLES
     seed: int = 0
 
@@ -90,9 +92,16 @@ class EvaluateSettings:
         """
         if self.rows is not None:
             check_file(self.rows, is_results)
-        contestant, about = open_model(self.model)
+        contestant, about = open_model(self.model, self.skeleton)
         scoring = Scoring(
-            self.split, self.sensor, self.limit, self.joint_offsets, self.pixels, self.resamples, self.seed
+            self.split,
+            self.sensor,
+            self.limit,
+            self.joint_offsets,
+            self.pixels,
+            self.resamples,
+            self.seed,
+            self.skeleton,
         )
         return score_model(contestant, about, Corpus.open(self.corpus), scoring, self.threads, self.rows)
 

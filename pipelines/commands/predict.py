@@ -48,6 +48,7 @@ class PredictSettings:
         smooth: Treat the images as a sequence and smooth the joints over time.
         fps: Images per second of the sequence, counted before --every leaves any out.
         pictures: Write NAME.overlay.png for every image.
+        skeleton: Make one skeleton out of the model's proposals. Without, each joint is found on its own.
     """
 
     model: Annotated[Path, tyro.conf.Positional]
@@ -66,6 +67,7 @@ class PredictSettings:
     smooth: bool = False
     fps: float = 30.0
     pictures: bool = True
+    skeleton: bool = True
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.near < self.far:
@@ -82,7 +84,7 @@ class PredictSettings:
             UserError: Inputs that contradict one another, or images that were left out.
         """
         self._check_inputs()
-        contestant, about = open_model(self.model)
+        contestant, about = open_model(self.model, self.skeleton)
         requests = self._requests()
         check_folder(self.out, self._names(requests))
         self.out.mkdir(parents=True, exist_ok=True)

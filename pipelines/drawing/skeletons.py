@@ -13,6 +13,8 @@ from synth.vocabulary import BONES, JOINT_NAMES, JointState
 
 HIDDEN_FROM = 0.5
 """A joint whose hidden_probability is above this is drawn hollow."""
+OUTSIDE_FROM = 0.5
+"""A joint whose outside_probability is above this is not drawn."""
 UNSURE_BELOW = 0.5
 """A joint whose probability is below this is drawn small."""
 SURE_RADIUS, UNSURE_RADIUS = 7, 4
@@ -28,6 +30,8 @@ def draw_estimate(
 ) -> None:
     """Draws an estimated skeleton in place: sides in colour, hidden joints hollow, unsure ones small.
 
+    Joints that are probably not in the image are left out.
+
     Args:
         picture: (height, width, 3) BGR.
         places: (n_joints, 2) where the joints are in the picture [px]; NaN = not drawn.
@@ -35,6 +39,7 @@ def draw_estimate(
         estimate: What was estimated of them.
     """
     is_hidden: NDArray[np.bool_] = np.asarray(estimate.hidden_probability > HIDDEN_FROM)
+    places = np.where((estimate.outside_probability > OUTSIDE_FROM)[:, None], np.nan, places)
     bones = _bones(places, joints)
     for extra, is_outline in ((2, True), (0, False)):
         for a, b in bones:

@@ -37,6 +37,7 @@ class Scoring:
         pixels: Whether labels of pixels are scored too, if the model gives any.
         resamples: Resamples of the frames for the confidence intervals.
         seed: Of the resamples.
+        skeleton: Whether the model makes one skeleton out of its proposals; for the record.
     """
 
     split: str = "test"
@@ -46,6 +47,7 @@ class Scoring:
     pixels: bool = True
     resamples: int = N_RESAMPLES
     seed: int = 0
+    skeleton: bool = True
 
 
 def score_model(

@@ -10,10 +10,12 @@ from sklearn.base import clone
 
 from forests.frames import FrameBatch, FrameSubset, Intrinsics, LabelTable
 from forests.growing import GrowthConfig
+from forests.kinds import load_model
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.forest import OcclusionAwareForest
 from forests.oarf.model import ForestTree
+from forests.oarf.predict import Predictor
 from forests.oarf.train import train
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
@@ -157,7 +159,7 @@ def test_a_forest_that_is_not_fitted_says_so():
         ({"mode": "semantics"}, "mode 'semantics' is unknown; known are baseline, occluders, semantic"),
         ({"n_trees": 0}, "n_trees=0 must be in 1"),
         ({"n_voting_pixels": -5}, "n_voting_pixels=-5 must be in 1"),
-        ({"leaf_bandwidth_m": 50.0}, "must be in 0.001..1.0 m"),
+        ({"leaf_bandwidth_m": 50.0}, "must be in 0.001..1.0"),
     ],
 )
 def test_settings_out_of_range_are_refused(changes, message):
@@ -227,3 +229,24 @@ def test_progress_rises_to_one():
     train(FrameSubset(TRAINING, tuple(range(10))), replace(CONFIG, n_trees=1), on_progress=shares.append)
     assert shares[-1] == 1.0
     assert all(b >= a for a, b in itertools.pairwise(shares))
+
+
+def test_a_forest_that_learned_skeletons_answers_one_body_and_can_be_asked_without(tmp_path):
+    names = ("head", "neck", "torso")
+    labels = LabelTable(LABELS.parts, LABELS.occluders, names)
+    frames, test = replace(TRAINING, labels=labels), replace(TEST, labels=labels)
+    plain = OcclusionAwareForest(CONFIG).fit(frames, test)
+    learned = OcclusionAwareForest(replace(CONFIG, learn_skeleton=True)).fit(frames, test)
+    assert plain.model_.skeleton is None
+    assert learned.model_.skeleton is not None
+    path = tmp_path / "forest"
+    learned.save(path)
+    for index in range(8):
+        depth = test.depth[index]
+        one_by_one = plain.predict(depth, CAMERA)
+        whole, read = learned.predict(depth, CAMERA), load_model(path).predict(depth, CAMERA)
+        np.testing.assert_array_equal(whole.proposals, read.proposals)
+        apart = Predictor(replace(learned.model_, skeleton=None)).predict(depth, CAMERA)
+        np.testing.assert_array_equal(apart.proposals, one_by_one.proposals)
+        assert whole.joints.shape == one_by_one.joints.shape
+        assert np.isfinite(whole.joints).all()

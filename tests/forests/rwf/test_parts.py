@@ -9,10 +9,11 @@ from forests.crops import crop_image
 from forests.frames import Intrinsics
 from forests.growing import DIRECTION_ONE, GrownTree
 from forests.rwf.clusters import find_modes, leaf_clusters
-from forests.rwf.config import SKELETON, UPPER_BODY, RWFConfig
+from forests.rwf.config import UPPER_BODY, RWFConfig
 from forests.rwf.points import draw_way_points, gate_of
-from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs, parents_first, parents_of
+from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs
 from forests.rwf.start import start_point
+from forests.skeleton.kinematics import SKELETON, parents_first, parents_of
 from forests.smoothing import SkeletonSmoother, SmoothingConfig
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)

@@ -1,0 +1,130 @@
+"""A forest's answer about one image made into a skeleton, with probabilities."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+
+from forests.estimate import JointEstimate
+from forests.skeleton.answers import Answers, edges_of
+from forests.skeleton.frame import decode_frame
+from forests.skeleton.model import OUTCOMES, Rules, SkeletonModel
+from forests.skeleton.network import Network
+from forests.skeleton.prior import BodyPrior
+
+LEAST_CONFIDENCE = 1e-6
+"""Of a joint that is somewhere."""
+
+
+def decoded(
+    model: SkeletonModel, estimate: JointEstimate, shape: tuple[int, ...], n_proposals: int
+) -> JointEstimate:
+    """One skeleton out of the proposals of all joints.
+
+    The skeleton's joints are the first proposals, with their probability of being within 10 cm as confidence; the
+    other proposals share what is left of it. A forest whose joints have no probabilities keeps its confidences.
+
+    Args:
+        model: What is known of skeletons.
+        estimate: The forest's answer, joint by joint.
+        shape: (height, width) of the image.
+        n_proposals: Proposals given per joint.
+    """
+    n_joints = len(estimate.spread)
+    answers = Answers(
+        estimate.proposals[None],
+        estimate.proposal_confidence[None],
+        estimate.probability[None],
+        estimate.hidden_probability[None],
+        estimate.spread[None],
+        edges_of(shape, estimate.camera)[None],
+    )
+    proposals = np.full((n_joints, n_proposals, 3), np.nan, np.float32)
+    confidence = np.zeros((n_joints, n_proposals), np.float32)
+    probability = np.empty((len(OUTCOMES), n_joints), np.float32)
+    answer_frame(
+        answers, model.prior, model.trunk, model.network, model.rules, model.weights, proposals, confidence,
+        probability,
+    )  # fmt: skip
+    within, hidden, outside = probability
+    return replace(
+        estimate,
+        proposals=proposals,
+        proposal_confidence=confidence,
+        probability=within,
+        hidden_probability=hidden,
+        outside_probability=outside,
+    )
+
+
+@njit(cache=True, nogil=True)
+def answer_frame(
+    answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, weights: np.ndarray,
+    proposals: np.ndarray, confidence: np.ndarray, probability: np.ndarray,
+) -> None:  # fmt: skip
+    """Decodes the only frame of `answers`: one call, since taking so many arrays apart costs more than decoding.
+
+    Args:
+        answers: The forest's.
+        prior: What bodies are like.
+        trunk: Places of the trunk's joints.
+        network: Proposes all joints at once.
+        rules: How candidates are weighed.
+        weights: (n_outcomes, n_joints, n_terms) float32 of the logistic regressions.
+        proposals: (n_joints, n_proposals, 3) float32, NaN, to fill.
+        confidence: (n_joints, n_proposals) float32, zeros, to fill.
+        probability: (n_outcomes, n_joints) float32 to fill; the forest's own where there are no weights.
+    """
+    n_outcomes, n_joints, n_terms = weights.shape
+    joints, choice = np.empty((n_joints, 3), np.float32), np.empty(n_joints, np.int64)
+    terms = np.empty((n_joints, n_terms), np.float64)
+    decode_frame(answers, 0, prior, trunk, network, rules, joints, choice, terms)
+    for joint in range(n_joints):
+        for k in range(n_outcomes):
+            logit = 0.0
+            for i in range(n_terms):
+                logit += weights[k, joint, i] * terms[joint, i]
+            probability[k, joint] = 1.0 / (1.0 + math.exp(-min(max(logit, -30.0), 30.0)))
+            if np.isnan(logit):
+                probability[k, joint] = np.nan
+        if np.isnan(weights[0, joint, 0]):
+            probability[0, joint] = answers.within[0, joint]
+        elif np.isnan(joints[joint, 0]):
+            probability[0, joint] = 0.0
+        if np.isnan(weights[1, joint, 0]):
+            probability[1, joint] = answers.hidden[0, joint]
+    rank_proposals(answers, joints, choice, probability[0], proposals, confidence)
+
+
+@njit(cache=True, nogil=True)
+def rank_proposals(
+    answers: Answers, joints: np.ndarray, choice: np.ndarray, within: np.ndarray, proposals: np.ndarray,
+    confidence: np.ndarray,
+) -> None:  # fmt: skip
+    """Puts the skeleton before the forest's other proposals, with confidences that fall.
+
+    Args:
+        answers: The forest's, of one frame.
+        joints: (n_joints, 3) float32, the skeleton [m]; NaN = nowhere.
+        choice: (n_joints,) int64, the proposal that was taken, -1 = none.
+        within: (n_joints,) float32, probability of each joint; NaN = not told.
+        proposals: (n_joints, n_proposals, 3) float32, NaN, to fill.
+        confidence: (n_joints, n_proposals) float32, zeros, to fill.
+    """
+    n_joints, n = confidence.shape
+    for joint in range(n_joints):
+        if np.isnan(joints[joint, 0]):
+            continue
+        given = answers.confidence[0, joint]
+        total = given.sum()
+        is_told = not np.isnan(within[joint])
+        first = max(within[joint] if is_told else total, np.float32(LEAST_CONFIDENCE))
+        factor = np.float32((1.0 - within[joint]) / max(total, np.float32(1e-12)) if is_told else 1.0)
+        proposals[joint, 0], confidence[joint, 0] = joints[joint], first
+        rank = 1
+        for k in range(len(given)):
+            if rank < n and k != choice[joint] and given[k] > 0.0:
+                proposals[joint, rank] = answers.proposals[0, joint, k]
+                confidence[joint, rank] = min(first, factor * given[k])
+                rank += 1

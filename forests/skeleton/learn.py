@@ -1,0 +1,145 @@
+"""Learns what makes skeletons out of a kind of forest's proposals: from its answers on frames that are new to it."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from forests.calibration import WITHIN_M, fit_logistic
+from forests.frames import FrameSequence, is_known
+from forests.skeleton.answers import Answers, Truth, joined
+from forests.skeleton.features import trunk_of
+from forests.skeleton.folds import answers_across
+from forests.skeleton.frame import decode_frame
+from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
+from forests.skeleton.network import Network, no_network
+from forests.skeleton.prior import BodyPrior, measure_bodies
+from forests.skeleton.proposal import train_proposal
+
+MODES_ALONE = Rules(share=1.0, trust=0.0, limb=0.1, gap=0.0, reach_m=1.0)
+"""Rules where there is no network."""
+BESIDE_NETWORK = Rules(share=0.5, trust=0.15, limb=0.1, gap=1.0, reach_m=0.3)
+"""Rules where there is one, but for those that are tried."""
+TRUSTS, REACHES_M = (0.0, 0.15, 0.3), (0.15, 0.2, 0.3, 0.4)
+
+
+def learn_from_frames(
+    names: tuple[str, ...],
+    frames: FrameSequence,
+    validation: FrameSequence | None,
+    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth]],
+    answers: Callable[[FrameSequence, bool], tuple[Answers, Truth]],
+    seed: int,
+) -> SkeletonModel:
+    """Learns what makes skeletons of a forest's proposals.
+
+    Args:
+        names: Of the joints that the forest answers.
+        frames: Its training frames.
+        validation: Frames that are new to it; None = rules and probabilities are not learned.
+        answers_apart: Trains on frames and answers others, see `forests.skeleton.folds.answers_across`.
+        answers: The forest's own answers on frames, which it sees whole or cut.
+        seed: Of the network.
+    """
+    across = answers_across(frames, answers_apart)
+    places = [frames.labels.joints.index(name) for name in names]
+    bodies = across[1].joints if across else np.stack([frames[k].joints[places] for k in range(len(frames))])
+    whole, cut = None, None
+    if validation is not None and len(validation):
+        whole, cut = answers(validation, False), answers(validation, True)
+    return learn_skeleton(names, bodies, across, whole, cut, seed)
+
+
+def learn_skeleton(
+    names: tuple[str, ...],
+    bodies: NDArray[np.float32],
+    training: tuple[Answers, Truth] | None,
+    validation: tuple[Answers, Truth] | None,
+    cut: tuple[Answers, Truth] | None,
+    seed: int,
+) -> SkeletonModel:
+    """Learns bodies, proposals, rules and probabilities, as far as there are frames for each.
+
+    Args:
+        names: Of the joints.
+        bodies: (n, n_joints, 3) float32, joints of training frames [m]; NaN = unknown.
+        training: Answers and truths that the network learns from; None = no network.
+        validation: Answers and truths that rules are chosen and probabilities fitted on; None = neither is.
+        cut: The same of images that end on the person, for the probability of being outside.
+        seed: Of the network.
+    """
+    prior, trunk = measure_bodies(bodies, names), trunk_of(names)
+    network, rules = no_network(), MODES_ALONE
+    if training is not None:
+        network = train_proposal(training[0], training[1].joints, prior.mirror, trunk, seed)
+        rules = BESIDE_NETWORK
+    nothing = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
+    model = SkeletonModel(prior, trunk, network, rules, nothing)
+    if validation is None or cut is None:
+        return model
+    if training is not None:
+        model = replace(model, rules=_best_rules(model, *validation))
+    within, hidden, _ = _calibrated(model, *validation)
+    _, _, outside = _calibrated(model, *joined([validation, cut]))
+    return replace(model, weights=np.stack([within, hidden, outside]))
+
+
+def decode_all(
+    model: SkeletonModel, answers: Answers
+) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
+    """Skeletons of many frames: joints (n, n_joints, 3) [m], choices (n, n_joints), terms (n, n_joints, n_terms)."""
+    n, n_joints = answers.within.shape
+    joints, choice = np.empty((n, n_joints, 3), np.float32), np.empty((n, n_joints), np.int64)
+    terms = np.empty((n, n_joints, len(TERMS)), np.float64)
+    _decode_frames(answers, model.prior, model.trunk, model.network, model.rules, joints, choice, terms)
+    return joints, choice, terms
+
+
+@njit(cache=True, nogil=True)
+def _decode_frames(
+    answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, joints: np.ndarray,
+    choice: np.ndarray, terms: np.ndarray,
+) -> None:  # fmt: skip
+    for i in range(len(joints)):
+        decode_frame(answers, i, prior, trunk, network, rules, joints[i], choice[i], terms[i])
+
+
+def _best_rules(model: SkeletonModel, answers: Answers, truth: Truth) -> Rules:
+    """The rules that find the most joints; a joint's score falls from 1 at 5 cm of error to 0 at 15 cm."""
+    best, most = model.rules, -1.0
+    for trust, reach_m in itertools.product(TRUSTS, REACHES_M):
+        rules = BESIDE_NETWORK._replace(trust=trust, reach_m=reach_m)
+        joints, _, _ = decode_all(replace(model, rules=rules), answers)
+        error = np.linalg.norm(joints - truth.joints, axis=2)[is_known(truth.joints)]
+        score = float(np.clip(1.5 - np.nan_to_num(error, nan=np.inf) / WITHIN_M, 0.0, 1.0).sum())
+        if score > most:
+            best, most = rules, score
+    return best
+
+
+def _calibrated(model: SkeletonModel, answers: Answers, truth: Truth) -> NDArray[np.float32]:
+    """(n_outcomes, n_joints, n_terms) float32, the weights that tell how probable each outcome is."""
+    joints, _, terms = decode_all(model, answers)
+    can_learn = is_known(truth.joints) & is_known(joints)
+    outcomes = (
+        np.linalg.norm(joints - truth.joints, axis=2) <= WITHIN_M,  # NaN is not within
+        truth.is_hidden,
+        is_outside(truth.joints, answers.edges),
+    )
+    weights = np.full_like(model.weights, np.nan)
+    for joint in np.flatnonzero(can_learn.any(axis=0)):
+        rows = can_learn[:, joint]
+        for k, outcome in enumerate(outcomes):
+            weights[k, joint] = fit_logistic(terms[rows, joint], outcome[rows, joint])
+    return weights
+
+
+def is_outside(joints: NDArray[np.float32], edges: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(n, n_joints) bool: which joints (n, n_joints, 3) [m] are not in images with these edges (n, 4)."""
+    ahead = joints[..., 2] > 0
+    x, y = (joints[..., k] / np.where(ahead, joints[..., 2], 1.0) for k in (0, 1))
+    left, top, right, bottom = edges.T[:, :, None]
+    return np.asarray(~ahead | (x < left) | (x > right) | (y < top) | (y > bottom))

@@ -1,0 +1,192 @@
+"""Learned skeletons: what they gain on a forest with known faults, left for right, storage, what is not there."""
+
+import numpy as np
+import pytest
+
+from forests.estimate import JointEstimate
+from forests.frames import DepthFrame, Intrinsics, is_known
+from forests.skeleton import proposal
+from forests.skeleton.answers import Answers, Truth, cut_frame, edges_of
+from forests.skeleton.decoded import decoded
+from forests.skeleton.learn import decode_all, is_outside, learn_skeleton
+from forests.skeleton.proposal import mirrored, mirrored_answers
+from forests.skeleton.storage import pack_skeleton, unpack_skeleton, without_skeleton
+from storage.digested import Contents
+from tests.forests.skeleton.test_decode import NAMES, bodies
+
+CAMERA = Intrinsics(100.0, 100.0, 79.5, 59.5)
+SHAPE = (120, 160)
+
+
+def asked(rng, n):
+    """Answers of a forest that misses a tenth of the joints by half a metre, whose second mode is then right."""
+    joints = bodies(rng, n)
+    proposals = np.repeat(joints[:, :, None], 3, axis=2) + rng.normal(0, 0.02, (n, len(NAMES), 3, 3))
+    proposals[:, :, 1:] += rng.normal(0, 0.4, (n, len(NAMES), 2, 3))
+    wrong = rng.random((n, len(NAMES))) < 0.1
+    proposals[wrong, :2] = proposals[wrong, 1::-1]
+    confidence = np.tile(np.float32([0.4, 0.35, 0.1]), (n, len(NAMES), 1))
+    within = np.where(wrong, 0.5, 0.9)
+    spread = np.full_like(within, 0.05)
+    edges = np.tile(edges_of(SHAPE, CAMERA), (n, 1))
+    hidden = rng.random((n, len(NAMES))) < 0.2
+    told = (proposals, confidence, within, 0.1 + 0.8 * hidden, spread, edges)
+    return Answers(*(values.astype(np.float32) for values in told)), Truth(joints, hidden)
+
+
+@pytest.fixture(scope="module")
+def lessons():
+    rng = np.random.default_rng(7)
+    return [asked(rng, n) for n in (300, 100, 100)]
+
+
+@pytest.fixture(scope="module")
+def model(lessons):
+    few = pytest.MonkeyPatch()
+    few.setattr(proposal, "N_STEPS", 150)
+    few.setattr(proposal, "N_HIDDEN", 32)
+    training, validation, _ = lessons
+    learned = learn_skeleton(NAMES, training[1].joints, training, validation, validation, 0)
+    again = learn_skeleton(NAMES, training[1].joints, training, validation, validation, 0)
+    few.undo()
+    one, two = pack_skeleton(learned), pack_skeleton(again)
+    assert all(np.array_equal(one[name], two[name], equal_nan=True) for name in one)
+    return learned
+
+
+def estimate_of(answers, k):
+    return JointEstimate(
+        answers.proposals[k],
+        answers.confidence[k],
+        answers.within[k],
+        answers.hidden[k],
+        answers.spread[k],
+        CAMERA,
+    )
+
+
+def found(joints, truth):
+    return (np.linalg.norm(joints - truth.joints, axis=2) < 0.1).mean()
+
+
+def test_skeletons_find_more_than_first_modes(model, lessons):
+    answers, truth = lessons[2]
+    joints, _, _ = decode_all(model, answers)
+    assert found(joints, truth) > found(answers.proposals[:, :, 0], truth) + 0.02
+
+
+def test_without_a_network_modes_are_chosen_by_limbs(lessons):
+    training, validation, (answers, truth) = lessons
+    model = learn_skeleton(NAMES, training[1].joints, None, validation, validation, 0)
+    joints, choice, _ = decode_all(model, answers)
+    assert found(joints, truth) > found(answers.proposals[:, :, 0], truth)
+    assert (choice >= 0).all()
+
+
+def test_a_mirrored_frame_gives_the_mirrored_skeleton(model, lessons):
+    answers, _ = lessons[2]
+    joints, choice, _ = decode_all(model, answers)
+    mirror = model.prior.mirror
+    other, choice_there, _ = decode_all(model, mirrored_answers(answers, mirror))
+    np.testing.assert_allclose(mirrored(other, mirror), joints, atol=1e-5)
+    assert (choice_there[:, mirror] == choice).all()
+
+
+def test_every_limb_is_as_long_as_one_that_was_seen(model, lessons):
+    joints, _, _ = decode_all(model, lessons[2][0])
+    prior = model.prior
+    length = np.linalg.norm(joints - joints[:, prior.parent], axis=2)[:, prior.parent >= 0]
+    low, high = prior.length_m[prior.parent >= 0].T
+    assert ((length > low / 1.05) & (length < high * 1.05)).all()
+
+
+def test_an_answer_is_the_skeleton_before_the_other_modes(model, lessons):
+    answers, _ = lessons[2]
+    joints, choice, _ = decode_all(model, answers)
+    for k in range(10):
+        given = decoded(model, estimate_of(answers, k), SHAPE, 3)
+        np.testing.assert_array_equal(given.joints, joints[k])
+        assert given.proposals.shape == (len(NAMES), 3, 3)
+        assert (np.diff(given.proposal_confidence, axis=1) <= 0).all()
+        assert ((given.proposal_confidence > 0) == is_known(given.proposals)).all()
+        np.testing.assert_allclose(given.confidence, given.probability, atol=2e-6)
+        for values in (given.probability, given.hidden_probability, given.outside_probability):
+            assert ((values >= 0) & (values <= 1)).all()
+        first = choice[k] == 0
+        np.testing.assert_array_equal(given.proposals[first, 1], answers.proposals[k, first, 1])
+
+
+def test_what_nobody_voted_for_is_filled_in_and_an_empty_image_stays_empty(model, lessons):
+    answers, truth = lessons[2]
+    proposals, confidence = answers.proposals.copy(), answers.confidence.copy()
+    proposals[:, 4], confidence[:, 4] = np.nan, 0.0
+    joints, choice, terms = decode_all(model, answers._replace(proposals=proposals, confidence=confidence))
+    assert np.isfinite(joints).all()
+    assert np.isfinite(terms).all()
+    assert (choice[:, 4] == -1).all()
+    assert np.median(np.linalg.norm(joints - truth.joints, axis=2)[:, 4]) < 0.5
+    nothing = answers._replace(proposals=np.full_like(proposals, np.nan), confidence=np.zeros_like(confidence))
+    given = decoded(model, estimate_of(nothing, 0), SHAPE, 2)
+    assert np.isnan(given.joints).all()
+    assert (given.confidence == 0).all()
+
+
+def test_a_model_file_keeps_it_and_can_do_without(model, lessons):
+    arrays = pack_skeleton(model)
+    loaded = unpack_skeleton(arrays, NAMES)
+    answers, _ = lessons[2]
+    for one, two in zip(decode_all(model, answers), decode_all(loaded, answers), strict=True):
+        np.testing.assert_array_equal(one, two)
+    assert unpack_skeleton({}, NAMES) is None
+    bare = without_skeleton(Contents("oarf", arrays | {"kept": np.zeros(1)}, {}))
+    assert list(bare.arrays) == ["kept"]
+
+
+@pytest.mark.parametrize(
+    ("name", "damage", "message"),
+    [
+        ("skeleton.deviation", np.zeros_like, "deviations"),
+        ("skeleton.length_m", lambda values: values[:, ::-1].copy(), "ends before it begins"),
+        ("skeleton.log_size", lambda values: values[:0], "sizes of people"),
+        ("skeleton.network.w1", lambda values: np.full_like(values, np.nan), "not finite"),
+        ("skeleton.network.w2", lambda values: values[:, :-1].copy(), "must be"),
+        ("skeleton.rules", np.zeros_like, "reach"),
+        ("skeleton.weights", lambda values: np.full_like(values, np.inf), "not finite"),
+    ],
+)
+def test_damaged_arrays_are_refused(model, name, damage, message):
+    arrays = pack_skeleton(model)
+    arrays[name] = damage(arrays[name])
+    with pytest.raises(ValueError, match=message):
+        unpack_skeleton(arrays, NAMES)
+
+
+def test_joints_beyond_the_edge_of_a_cut_image_are_outside():
+    rng = np.random.default_rng(2)
+    depth = np.full(SHAPE, 3000, np.uint16)
+    for k in range(40):
+        joints = bodies(rng, 1)[0]
+        frame = DepthFrame(depth, depth > 0, depth, depth > 0, joints, np.zeros(len(NAMES), bool), CAMERA)
+        whole = edges_of(SHAPE, CAMERA)
+        cut, edges = cut_frame(frame, joints, whole, np.random.default_rng(k))
+        u, v = (CAMERA.fx * joints[:, i] / joints[:, 2] + (CAMERA.cx, CAMERA.cy)[i] for i in (0, 1))
+        row, column = np.round(v).astype(int), np.round(u).astype(int)
+        inside = (row >= 0) & (row < SHAPE[0]) & (column >= 0) & (column < SHAPE[1])
+        is_shown = inside.copy()
+        is_shown[inside] = cut.depth[row[inside], column[inside]] > 0
+        np.testing.assert_array_equal(is_outside(joints[None], edges[None])[0], ~is_shown)
+        assert not is_outside(joints[None], whole[None])[0][inside].any()
+
+
+def test_unknown_joints_are_not_learned_from(lessons):
+    (answers, truth), validation, _ = lessons
+    joints = truth.joints.copy()
+    joints[:, 1] = np.nan
+    model = learn_skeleton(NAMES, joints, None, validation, validation, 0)
+    assert model.prior.deviation[1] == np.inf
+    lost = (validation[0], Truth(np.full_like(validation[1].joints, np.nan), validation[1].is_hidden))
+    untold = learn_skeleton(NAMES, truth.joints, None, lost, lost, 0)
+    assert np.isnan(untold.weights).all()
+    given = decoded(untold, estimate_of(answers, 0), SHAPE, 3)
+    np.testing.assert_array_equal(given.probability, answers.within[0])
+    assert np.isnan(given.outside_probability).all()
