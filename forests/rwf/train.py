@@ -61,13 +61,12 @@ def train(
 ) -> RWFModel:
     """Trains a random walk forest, and what makes one skeleton out of where its walks end.
 
-    For the latter, two forests learn from one half of the frames and answer the other half; see
-    `forests.skeleton.learn`.
+    For the latter, two forests learn from half of the frames and answer the rest (`forests.skeleton.learn`).
 
     Args:
         frames: Training frames; each is read a few times.
         config: How it is trained.
-        validation: Frames to choose starts, steps and clusters on; None leaves them as the config has them.
+        validation: Frames to tune on; None leaves all as the config has it.
         n_threads: Threads; the forest is the same to the byte for any number.
         checkpoint: Keeps finished trees, numbered joint * n_trees + tree; those of the halves follow.
         on_progress: Told the share of the work that is done, 0..1.
@@ -84,20 +83,21 @@ def train(
         checkpoint=checkpoint,
         on_progress=lambda done: on_progress(share * done),
     )
-    n_all = len(model.joints) * config.n_trees
 
-    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth]:
+    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth] | None:
         halved = replace(model.config, joints=model.joints, seed=config.seed + _FOLD_SEED + fold)
-        store = ShiftedStore(checkpoint, n_all * (1 + fold)) if checkpoint else None
+        store = ShiftedStore(checkpoint, len(model.joints) * config.n_trees * (1 + fold)) if checkpoint else None
         part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
+        if part.joints != model.joints:  # a half knows no place of a joint
+            return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        walker = replace(part, config=replace(halved, seed=config.seed), plan=model.plan)
-        walker = replace(walker, within_weights=model.within_weights)
+        walker = replace(
+            part, config=replace(halved, seed=config.seed), plan=model.plan, within_weights=model.within_weights
+        )
         return joined([_answers(walker, own, False), _answers(walker, own, True)])
 
-    skeleton = learn_from_frames(
-        model.joints, frames, validation, answer_apart, partial(_answers, model), config.seed
-    )
+    answers = partial(_answers, model)
+    skeleton = learn_from_frames(model.joints, frames, validation, answer_apart, answers, config.seed)
     on_progress(1.0)
     return replace(model, skeleton=skeleton)
 
