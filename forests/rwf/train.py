@@ -66,7 +66,7 @@ def train(
     Args:
         frames: Training frames; each is read a few times.
         config: How it is trained.
-        validation: Frames to choose starts, steps and clusters on; None leaves them as the config has them.
+        validation: Frames to tune on; None leaves all as the config has it.
         n_threads: Threads; the forest is the same to the byte for any number.
         checkpoint: Keeps finished trees, numbered joint * n_trees + tree; those of the halves follow.
         on_progress: Told the share of the work that is done, 0..1.
@@ -85,12 +85,13 @@ def train(
     )
     if not config.learn_skeleton:
         return model
-    n_all = len(model.joints) * config.n_trees
 
-    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth]:
+    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth] | None:
         halved = replace(model.config, joints=model.joints, seed=config.seed + _FOLD_SEED + fold)
-        store = ShiftedStore(checkpoint, n_all * (1 + fold)) if checkpoint else None
+        store = ShiftedStore(checkpoint, len(model.joints) * config.n_trees * (1 + fold)) if checkpoint else None
         part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
+        if part.joints != model.joints:  # a half knows no place of a joint
+            return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
         own_seed = replace(halved, seed=config.seed)
         walker = replace(part, config=own_seed, plan=model.plan, within_weights=model.within_weights)

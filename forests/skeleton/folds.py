@@ -16,7 +16,8 @@ LEAST_FRAMES = 200
 
 
 def answers_across(
-    frames: FrameSequence, answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth]]
+    frames: FrameSequence,
+    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth] | None],
 ) -> tuple[Answers, Truth] | None:
     """Answers on all training frames, each by a forest that has not learned from it.
 
@@ -24,10 +25,11 @@ def answers_across(
 
     Args:
         frames: The training frames.
-        answers_apart: Trains on frames, and answers others; its last argument numbers the fold.
+        answers_apart: Trains on frames, and answers others; its last argument numbers the fold. None where the
+            frames do not tell what the answers need.
 
     Returns:
-        Answers and truths in the frames' order; None of too few frames.
+        Answers and truths in the frames' order; None of too few frames, or where a fold has none.
     """
     n = len(frames)
     if n < LEAST_FRAMES:
@@ -36,7 +38,10 @@ def answers_across(
     for fold in range(N_FOLDS):
         first, last = fold * n // N_FOLDS, (fold + 1) * n // N_FOLDS
         others = FrameSubset(frames, (*range(first), *range(last, n)))
-        parts.append(answers_apart(others, FrameSubset(frames, tuple(range(first, last))), fold))
+        part = answers_apart(others, FrameSubset(frames, tuple(range(first, last))), fold)
+        if part is None:
+            return None
+        parts.append(part)
     return joined(parts)
 
 

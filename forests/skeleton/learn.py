@@ -30,7 +30,7 @@ def learn_from_frames(
     names: tuple[str, ...],
     frames: FrameSequence,
     validation: FrameSequence | None,
-    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth]],
+    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth] | None],
     answers: Callable[[FrameSequence, bool], tuple[Answers, Truth]],
     seed: int,
 ) -> SkeletonModel:

@@ -85,7 +85,7 @@ def evaluated(toy_corpus, monkeypatch, capsys):
     def run(predictor, *options, corpus=toy_corpus):
         contestant = contestant_of("forest", predictor)
         about = {"name": "forest.safetensors", "digest": "00", "config": {"n_trees": 3}}
-        monkeypatch.setattr("pipelines.commands.evaluate.open_model", lambda path: (contestant, about))
+        monkeypatch.setattr("pipelines.commands.evaluate.open_model", lambda path, _: (contestant, about))
         code = main(["evaluate", "forest.safetensors", str(corpus.path), "--resamples", "30", *options])
         out, err = capsys.readouterr()
         assert (code, err) == (0, "")

@@ -143,7 +143,7 @@ def evaluated(monkeypatch, capsys):
     def run(corpus, *options, code=0):
         contestant = Contestant("forest", Lower(corpus), JOINT_NAMES)
         monkeypatch.setattr(
-            "pipelines.commands.evaluate.open_model", lambda path: (contestant, {"name": "forest"})
+            "pipelines.commands.evaluate.open_model", lambda path, _: (contestant, {"name": "forest"})
         )
         assert main(["evaluate", "forest", str(corpus.path), "--resamples", "5", *options]) == code
         return capsys.readouterr()
