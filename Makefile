@@ -71,7 +71,8 @@ lock: $(VENV)/.installed-dev
 
 # The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
 LOWEST := $(VENV)-lowest
-LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py tests/pipelines/export
+LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_meshes.py \
+	tests/pipelines/importing tests/pipelines/export
 lowest: $(VENV)/.installed-dev
 	$(UV) venv -q --clear --python $(BIN)/python $(LOWEST)
 	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \

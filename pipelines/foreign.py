@@ -1,6 +1,7 @@
 """Files that others made: whatever a reader raises about one becomes one sentence that names the file."""
 
 import contextlib
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,6 +9,8 @@ from pipelines.errors import UserError
 
 MAX_BYTES = 2**31
 """No foreign file may make a reader take more memory than this."""
+_LIBRARIES = ("collada", "trimesh", "yourdfpy")
+"""Readers that log what they dislike; our users are told in errors, in one line."""
 
 
 class ForeignFileError(UserError):
@@ -26,7 +29,8 @@ def reading(path: Path, what: str) -> Iterator[None]:
         ForeignFileError: The file cannot be opened, is damaged, or is something else.
     """
     try:
-        yield
+        with _quiet():
+            yield
     except UserError:
         raise
     except FileNotFoundError:
@@ -39,6 +43,20 @@ def reading(path: Path, what: str) -> Iterator[None]:
         ) from None
     except Exception as error:  # libraries raise anything about a damaged file
         raise ForeignFileError(f"{path} is damaged, or not {what}: {_one_line(error)}") from None
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keeps the libraries' log lines off the terminal."""
+    loggers = [logging.getLogger(name) for name in _LIBRARIES]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def check_size(path: Path, n_bytes: int, what: str) -> None:

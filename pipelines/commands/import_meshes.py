@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 
 import tyro
 
-from pipelines.importing.meshes import MeshOptions, import_meshes, read_index
+from pipelines.importing.index import read_index
+from pipelines.importing.meshes import MeshOptions, import_meshes
 from pipelines.importing.splits import SplitRule
 from pipelines.targets import check_file
 from storage.ranges import MAX_SEED, check_fields
-from synth.occluders.imported.model import Hints
+from synth.occluders.imported.sizes import Hints
 from synth.occluders.meshlib import MeshLibrary, read_library, write_library
 from synth.vocabulary import SPLITS
 
@@ -22,14 +23,15 @@ log = logging.getLogger(__name__)
 class MeshSettings:
     """Makes a library of objects from mesh files.
 
-    Files that cannot be used are listed with the reason, and the others are imported.
+    Files that cannot be used are listed with the reason, and the others are imported. Models are called by their
+    paths in the folder. Meshes that a URDF names are its parts.
 
     Attributes:
         folder: Folder of the files, which may lie in subfolders: OBJ, GLB, GLTF, PLY, STL, DAE, URDF.
         out: File of the library.
         class_name: Class of the files for which neither the index nor the file name (table__round.obj) gives one.
-        index: CSV file with a column file and any of the columns class, unit, up, forward, split. Empty cells are
-            estimated from the mesh.
+        index: CSV file with a column file (paths in the folder) and any of the columns class, unit, up, forward,
+            split. Empty cells are estimated from the mesh.
         unit: Unit of the files for which the index gives none.
         up: Axis that points up in the files for which the index gives none.
         forward: Axis along which the user of the object looks (a sitter or a typist), for the files for which the
@@ -37,6 +39,7 @@ class MeshSettings:
         train: Names of models, or patterns such as 'kitchen*', for the train split.
         val: Names or patterns for the val split.
         test: Names or patterns for the test split; '*' puts all models there.
+        outside_meshes: Read also what URDF and glTF files name outside the folder; by default such files are refused.
         seed: Seed that distributes the models that no list names, and sets the joints of URDF files.
         overwrite: Replace an existing library.
     """
@@ -51,6 +54,7 @@ class MeshSettings:
     train: tuple[str, ...] = ()
     val: tuple[str, ...] = ()
     test: tuple[str, ...] = ()
+    outside_meshes: bool = False
     seed: int = 0
     overwrite: bool = False
 
@@ -77,7 +81,8 @@ class MeshSettings:
         options = MeshOptions(
             SplitRule(self.train, self.val, self.test, self.seed),
             self.class_name,
-            {} if self.index is None else read_index(self.index),
+            None if self.index is None else read_index(self.index),
             Hints(self.unit, self.up, self.forward),
+            self.outside_meshes,
         )
         return import_meshes(self.folder, options)

@@ -1,18 +1,23 @@
 """An object library out of mesh files and URDFs."""
 
-import csv
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from pipelines.errors import UserError
-from pipelines.importing.meshfiles import USUAL_UP, prescribed_unit, read_mesh, usual_frame
+from pipelines.foreign import ForeignFileError, reading
+from pipelines.importing.index import Index, shown
+from pipelines.importing.listing import listed, mesh_files
+from pipelines.importing.meshfiles.reach import Reach
+from pipelines.importing.meshfiles.read import KINDS, read_mesh
 from pipelines.importing.splits import SplitRule
 from pipelines.progress import progress
-from synth.occluders.imported.model import Hints, make_model
+from synth.occluders.imported.model import make_model
 from synth.occluders.imported.shape import MeshError
-from synth.occluders.imported.sizes import SIZES
+from synth.occluders.imported.sizes import SIZES, Hints
 from synth.occluders.meshlib import MeshLibrary, MeshModel
 from synth.vocabulary import SPLITS
 
@@ -24,8 +29,7 @@ ALIASES: dict[str, str] = {
     "bin": "other", "cart": "other",
 }  # fmt: skip
 """Other words for classes, in file names and indices."""
-COLUMNS = ("file", "class", "unit", "up", "forward", "split")
-"""Columns of an index that are read; `category` may stand for `class`, others are left alone."""
+_NOTHING: Mapping[str, str] = {}
 
 
 @dataclass(frozen=True)
@@ -35,18 +39,48 @@ class MeshOptions:
     Attributes:
         splits: Deals the models to the splits.
         class_name: Class of all files that neither the index nor their name says one of; None = it must be said.
-        index: Rows by file name; see `read_index`.
+        index: What is known of single files; None if nothing is.
         hints: Unit, up and forward axis of all files that the index gives none for.
+        is_outside_allowed: Whether URDF and glTF files may name files outside the folder.
     """
 
     splits: SplitRule = field(default_factory=SplitRule)
     class_name: str | None = None
-    index: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    index: Index | None = None
     hints: Hints = field(default_factory=Hints)
+    is_outside_allowed: bool = False
 
     def __post_init__(self) -> None:
         if self.class_name is not None and class_of(self.class_name) is None:
             raise UserError(f"class {self.class_name!r} is unknown, {_known_classes()}")
+
+
+@dataclass(frozen=True)
+class _Item:
+    """A file on its way in: its name in the library, its path in the folder, and the index's row."""
+
+    path: Path
+    name: str
+    relative: Path
+    row: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class _Imported:
+    """A model with what its user should know; as text, the line that tells of it."""
+
+    path: Path
+    model: MeshModel
+    is_up_stated: bool
+    warnings: tuple[str, ...]
+
+    def __str__(self) -> str:
+        model = self.model
+        line = (
+            f"{model.class_name:<8} {model.name:<28} {model.split:<5} {len(model.faces):5d} faces "
+            f"{len(model.boxes):4d} boxes, {model.frame}{'' if self.is_up_stated else ' (assumed)'}, {model.role}"
+        )
+        return f"{line}; warning: {'; '.join(self.warnings)}" if self.warnings else line
 
 
 def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
@@ -59,34 +93,32 @@ def import_meshes(folder: Path, options: MeshOptions) -> MeshLibrary:
     Raises:
         UserError: There is no file, none can be used, or the index lists a file that is not there.
     """
-    if not folder.is_dir():
-        raise UserError(f"{folder} is not a folder")
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in USUAL_UP)
-    if not files:
-        raise UserError(f"{folder} has no files of these kinds: {', '.join(USUAL_UP)}")
-    missing = sorted(set(options.index) - {path.name for path in files})
-    if missing:
-        raise UserError(f"the index lists {missing[0]}, which is not in {folder}")
-    models: dict[str, MeshModel] = {}
+    files = mesh_files(folder)
+    reach = Reach(folder, options.is_outside_allowed)
+    rows = {} if options.index is None else options.index.by_file(folder, files)
+    listing = listed(folder, files, rows.keys(), reach)
+    models: dict[str, _Imported] = {}
     refused = []
-    for path in progress(files, "file", "import meshes"):
+    for path, name in progress(list(listing.names.items()), "file", "import meshes"):
+        item = _Item(path, name, path.relative_to(folder), rows.get(path, _NOTHING))
+        if name in models:
+            refused.append(f"left out: {path} has the name of {models[name].path.name}, which is imported")
+            continue
         try:
-            model = _import(path, options.index.get(path.name, {}), options)
-            if model.name in models:
-                raise MeshError(f"has the same name as another model: {model.name}")
-            models[model.name] = model
-        except (MeshError, OSError) as error:
-            refused.append(f"refused: {path} {error}")
-    for model in models.values():
-        log.info(
-            "%-8s %-28s %-5s %5d faces %4d boxes, %s, %s",
-            model.class_name, model.name, model.split, len(model.faces), len(model.boxes), model.frame, model.role,
-        )  # fmt: skip
+            models[name] = _import(item, options, reach)
+        except ForeignFileError as error:
+            refused.append(f"refused: {error}")
+    for made in models.values():
+        log.log(logging.WARNING if made.warnings else logging.INFO, "%s", made)
+    if listing.parts:
+        log.info("%d meshes are parts of URDF files, not models of their own", len(listing.parts))
+    for path, reason in listing.left_out.items():
+        log.info("left out: %s %s", shown(path), reason)
     for line in refused:
-        log.warning("%s", line)
+        log.warning("%s", shown(line))
     if not models:
         raise UserError(f"none of the {len(files)} files in {folder} can be used")
-    return MeshLibrary(tuple(models.values()), {"seed": options.splits.seed})
+    return MeshLibrary(tuple(made.model for made in models.values()), {"seed": options.splits.seed})
 
 
 def class_of(word: str) -> str | None:
@@ -95,42 +127,47 @@ def class_of(word: str) -> str | None:
     return name if name in SIZES else None
 
 
-def read_index(path: Path) -> dict[str, dict[str, str]]:
-    """Rows of an index by file name.
+def _import(item: _Item, options: MeshOptions, reach: Reach) -> _Imported:
+    """A model out of a file.
 
     Raises:
-        UserError: It cannot be read, or has no column `file`.
+        ForeignFileError: It cannot be used.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise UserError(f"{path} cannot be read: {error}") from None
-    if not rows or "file" not in rows[0]:
-        raise UserError(f"{path} needs a header with a column 'file', and any of {', '.join(COLUMNS[1:])}")
-    out = {}
-    for row in rows:
-        row.setdefault("class", row.get("category", ""))
-        out[Path(row["file"]).name] = {name: (row.get(name) or "").strip() for name in COLUMNS}
-    return out
+    path = item.path
+    with reading(path, KINDS[path.suffix.lower()]), np.errstate(all="ignore"):
+        try:
+            class_name = _class_name(item, options)
+            split = item.row.get("split") or options.splits.split_of(item.name)
+            if split not in SPLITS:
+                raise MeshError(f"has split {split!r}, known are {', '.join(SPLITS)}")
+            pose_key = f"{options.splits.seed}/{shown(item.relative.with_suffix(''))}"
+            file = read_mesh(path, reach, pose_key)
+            hints = Hints(
+                unit=item.row.get("unit") or options.hints.unit or file.unit,
+                up=item.row.get("up") or options.hints.up,
+                forward=item.row.get("forward") or options.hints.forward,
+            )
+            model, frame = make_model(file.triangles, item.name, class_name, split, hints, file.said)
+        except MeshError as error:
+            raise ForeignFileError(f"{path} {error}") from None
+    return _Imported(path, model, frame.is_up_stated, (*frame.warnings, *file.notes))
 
 
-def _import(path: Path, row: Mapping[str, str], options: MeshOptions) -> MeshModel:
-    prefix, _, rest = path.stem.partition("__")
-    name = rest or prefix
-    word = row.get("class") or (prefix if rest and class_of(prefix) else options.class_name or prefix)
+def _class_name(item: _Item, options: MeshOptions) -> str:
+    """The class that the index, the file's name, the option or a folder's name says.
+
+    Raises:
+        MeshError: None does.
+    """
+    prefix, _, rest = item.path.stem.partition("__")
+    in_name = prefix if rest and class_of(prefix) else None
+    folders = [name.partition("__")[0] for name in reversed(item.relative.parent.parts)]
+    in_folders = next((name for name in folders if class_of(name)), None)
+    word = item.row.get("class") or in_name or options.class_name or in_folders or prefix
     class_name = class_of(word)
     if class_name is None:
         raise MeshError(f"has the unknown class {word!r}, {_known_classes()}; give --class or an index")
-    hints = Hints(
-        unit=row.get("unit") or options.hints.unit or prescribed_unit(path),
-        up=row.get("up") or options.hints.up,
-        forward=row.get("forward") or options.hints.forward,
-    )
-    split = row.get("split") or options.splits.split_of(name)
-    if split not in SPLITS:
-        raise MeshError(f"has split {split!r}, known are {', '.join(SPLITS)}")
-    return make_model(read_mesh(path, options.splits.seed), name, class_name, split, hints, *usual_frame(path))
+    return class_name
 
 
 def _known_classes() -> str:

@@ -3,8 +3,9 @@
 import numpy as np
 
 from synth.bodies.poses.library import FOOT_FLAT, PoseLibrary, Trial
-from synth.occluders.imported.model import Hints, make_model
+from synth.occluders.imported.model import make_model
 from synth.occluders.imported.shape import Triangles
+from synth.occluders.imported.sizes import Hints, Said
 from synth.occluders.meshlib import MeshLibrary
 from tests.mocap_files import SIT, STAND
 
@@ -38,5 +39,5 @@ def objects_of(split: str) -> MeshLibrary:
     boxes += [((x, y, 0.0), (0.05, 0.05, 0.72)) for x in (0.0, 1.15) for y in (0.0, 0.75)]
     vertices = np.concatenate([np.array(low) + CORNERS * np.array(size) for low, size in boxes])
     faces = np.concatenate([FACES + 8 * k for k in range(len(boxes))])
-    model = make_model(Triangles(vertices, faces), "four_legs", "table", split, Hints(), "z")
+    model, _ = make_model(Triangles(vertices, faces), "four_legs", "table", split, Hints(), Said("z"))
     return MeshLibrary((model,), {"seed": 0})

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from synth.occluders.imported.shape import MeshError, Triangles
 
 Range = tuple[float, float]
+AXES = ("x", "-x", "y", "-y", "z", "-z")
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,20 @@ class Sizes:
         """Squared log ratios of (height, length, depth) to the typical ones."""
         return float((np.log(size / np.array(self.typical)) ** 2).sum())
 
+    def broken(self, size: NDArray[np.float64]) -> list[str]:
+        """The limits that (height, length, depth) [m] breaks, in words."""
+        words = zip(size, ("high", "long", "deep"), (self.height, self.length, self.depth), strict=True)
+        return [
+            f"{value:.3g} m {word}, at {'least' if value < low else 'most'} {low if value < low else high:g} m"
+            for value, word, (low, high) in words
+            if not low <= value <= high
+        ]
+
+    def excess(self, size: NDArray[np.float64]) -> float:
+        """Sum of the log ratios by which (height, length, depth) [m] is out of its ranges."""
+        low, high = np.array([self.height, self.length, self.depth]).T
+        return float((np.maximum(np.log(low / size), 0.0) + np.maximum(np.log(size / high), 0.0)).sum())
+
     def __str__(self) -> str:
         rows = (("high", self.height), ("long", self.length), ("deep", self.depth))
         return ", ".join(f"{low:g}-{high:g} m {name}" for name, (low, high) in rows)
@@ -60,57 +75,155 @@ TO_UPRIGHT: dict[str, NDArray[np.float64]] = {
     "z": np.eye(3),
 }
 """Rotations that turn the axis that points up into z."""
-_LEVEL_WEIGHT, _UNUSUAL_UP, _UNUSUAL_UNIT = 2.0, 0.5, 10.0
-"""Worth of a surface that is all level at the class's height; prices of another up axis and unit than usual."""
+_LEVEL_WEIGHT, _UNUSUAL_UNIT = 2.0, 10.0
+"""Worth of a surface that is all level at the class's height; price of another unit than the file says."""
+_LEVEL_SHARE, _DECISIVE = 0.25, 4.0
+"""Another axis than said is up if at least this share of the surface is then level, and so many times as much."""
+_STRANGER = 0.5
+"""Another axis is told of if the mesh would be less strange by this."""
 
 
-def find_unit_and_up(
-    mesh: Triangles,
-    class_name: str,
-    unit: str | None,
-    up: str | None,
-    usual_up: str,
-    usual_unit: str | None = None,
-) -> tuple[str, str]:
-    """The unit and up axis in which a mesh is most like its class.
+@dataclass(frozen=True)
+class Hints:
+    """What the user says of a mesh; None is to be found.
+
+    Attributes:
+        unit: "m", "cm", "mm" or "inch".
+        up: "x", "y" or "z".
+        forward: The axis of the file, such as "-z", that the thing's user looks along.
+    """
+
+    unit: str | None = None
+    up: str | None = None
+    forward: str | None = None
+
+    def __post_init__(self) -> None:
+        known = {"unit": tuple(UNITS), "up": tuple(TO_UPRIGHT), "forward": AXES}
+        for name, names in known.items():
+            value = getattr(self, name)
+            if value is not None and value not in names:
+                raise MeshError(f"{name}={value!r} is unknown, known are {', '.join(names)}")
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a file or its kind says of its frame, which may be wrong.
+
+    Attributes:
+        up: The axis that points up.
+        is_up_stated: Whether the file or its format says so; else files of its kind mostly have it.
+        unit: Its unit, if it says one.
+    """
+
+    up: str
+    is_up_stated: bool = False
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The frame of a mesh.
+
+    Attributes:
+        unit: One of `UNITS`.
+        up: The axis that points up.
+        forward: The axis that its user looks along; None to find it.
+        is_up_stated: Whether the user or the file said the axis.
+        warnings: What was not taken as said, in sentences without a full stop.
+    """
+
+    unit: str
+    up: str
+    forward: str | None = None
+    is_up_stated: bool = True
+    warnings: tuple[str, ...] = ()
+
+
+def find_frame(mesh: Triangles, class_name: str, hints: Hints, said: Said) -> Frame:
+    """The frame in which a mesh is of its class.
+
+    The unit is the one in which its size is most ordinary. The up axis is the one that is said; only surfaces that
+    are level by far along another one, never the size, overrule that, and not what the user says.
 
     Args:
         mesh: As in the file.
         class_name: Its class.
-        unit: Its unit if known.
-        up: Its up axis if known.
-        usual_up: The axis that it probably has up, by its file or format.
-        usual_unit: The unit that it probably is in, by its file.
+        hints: What the user says.
+        said: What the file says.
 
     Raises:
-        MeshError: In no unit and with no axis up is it of its class's size.
+        MeshError: It is of its class's size in no unit.
     """
-    sizes, found = SIZES[class_name], []
-    extent = np.ptp(mesh.vertices, axis=0)
-    for axis in (up,) if up else sorted({"y", "z", usual_up}):
-        R = TO_UPRIGHT[axis]
-        x, y, z = np.abs(R) @ extent
-        for name in (unit,) if unit else UNITS:
-            size = np.array([z, max(x, y), min(x, y)]) * UNITS[name]
-            if sizes.fits(size):
-                share = _level_share(mesh.turned(R, UNITS[name]), sizes.level)
-                price = sizes.strangeness(size) - _LEVEL_WEIGHT * share + _UNUSUAL_UP * (axis != usual_up)
-                price += _UNUSUAL_UNIT * (usual_unit is not None and name != usual_unit)
-                found.append((price, name, axis))
+    sizes, warnings = SIZES[class_name], []
+    up = hints.up or said.up
+    if hints.up is None and sizes.level is not None:
+        shares = {axis: _level_share(mesh.turned(TO_UPRIGHT[axis])) for axis in sorted({"y", "z", said.up})}
+        best = max(shares, key=lambda axis: shares[axis])
+        is_decisive = shares[best] >= max(_LEVEL_SHARE, _DECISIVE * shares[up])
+        if best != up and is_decisive and _units(mesh, sizes, best, hints, said):
+            source = "the file says" if said.is_up_stated else "such files mostly have"
+            warnings.append(
+                f"{best} up is guessed from its level surfaces, {source} {up} up; --up or an index tells"
+            )
+            up = best
+    found = _units(mesh, sizes, up, hints, said)
     if not found:
-        what = " x ".join(f"{value:.3g}" for value in extent)
-        units = f"in {unit}" if unit else f"in any of {', '.join(UNITS)}"
-        raise MeshError(f"is {what}, which {units} is no {class_name} ({sizes})")
-    return min(found)[1:]
+        raise MeshError(_broken_limits(mesh, class_name, up, hints, said))
+    _, unit = min(found)
+    if said.unit not in (None, unit) and hints.unit is None:
+        warnings.append(f"the file says {said.unit}, in which it would be no {class_name}; {unit} is a guess")
+    is_stated = hints.up is not None or (said.is_up_stated and up == said.up)
+    if not is_stated and up == said.up:
+        for other in sorted({"y", "z"} - {up}):
+            others = [name for _, name in _units(mesh, sizes, other, hints, said)]
+            strange = [sizes.strangeness(UNITS[name] * _size(mesh, other)) for name in others]
+            if strange and min(strange) < sizes.strangeness(UNITS[unit] * _size(mesh, up)) - _STRANGER:
+                warnings.append(f"with {other} up it would be more like a {class_name}; --up or an index tells")
+    return Frame(unit, up, hints.forward, is_stated, tuple(warnings))
 
 
-def _level_share(mesh: Triangles, level: Range | None) -> float:
-    """Share of the surface [0, 1] that is level and at the heights of the class's surface."""
-    if level is None:
-        return 0.0
+def _units(mesh: Triangles, sizes: Sizes, up: str, hints: Hints, said: Said) -> list[tuple[float, str]]:
+    """Price and name of each unit in which a mesh fits its class."""
+    found = []
+    for unit in (hints.unit,) if hints.unit else UNITS:
+        size = UNITS[unit] * _size(mesh, up)
+        if sizes.fits(size):
+            share = _level_share(mesh.turned(TO_UPRIGHT[up], UNITS[unit]), sizes.level) if sizes.level else 0.0
+            price = sizes.strangeness(size) - _LEVEL_WEIGHT * share
+            found.append((price + _UNUSUAL_UNIT * (said.unit is not None and unit != said.unit), unit))
+    return found
+
+
+def _size(mesh: Triangles, up: str) -> NDArray[np.float64]:
+    """(height, length, depth) in the mesh's unit."""
+    x, y, z = np.abs(TO_UPRIGHT[up]) @ np.ptp(mesh.vertices, axis=0)
+    return np.array([z, max(x, y), min(x, y)])
+
+
+def _broken_limits(mesh: Triangles, class_name: str, up: str, hints: Hints, said: Said) -> str:
+    """Why a mesh fits its class in no unit: the limits that it breaks in the unit where it breaks them least."""
+    sizes = SIZES[class_name]
+    what = " x ".join(f"{value:.3g}" for value in np.ptp(mesh.vertices, axis=0))
+    units = f"in {hints.unit}" if hints.unit else f"in any of {', '.join(UNITS)}"
+    size = _size(mesh, up)
+    tried = (hints.unit,) if hints.unit else (said.unit,) if said.unit else tuple(UNITS)
+    nearest = min(
+        tried, key=lambda unit: (len(sizes.broken(UNITS[unit] * size)), sizes.excess(UNITS[unit] * size))
+    )
+    broken = ", ".join(sizes.broken(UNITS[nearest] * size))
+    text = f"is {what}, which {units} is no {class_name} ({sizes}): in {nearest} with {up} up it is {broken}"
+    other = [axis for axis in TO_UPRIGHT if axis != up and _units(mesh, sizes, axis, hints, said)]
+    if other and hints.up is None:
+        text += f"; with {' or '.join(other)} up it would fit, which --up or an index must say"
+    return text
+
+
+def _level_share(mesh: Triangles, level: Range | None = None) -> float:
+    """Share of the surface [0, 1] that is level within heights; by default anywhere but near the ground."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
     height = (a + b + c)[:, 2] / 3.0 - mesh.vertices[:, 2].min()
-    is_level = (np.abs(normal[:, 2]) > 0.95 * area) & (height >= level[0]) & (height <= level[1])
+    low, high = level or (0.1 * float(np.ptp(mesh.vertices[:, 2])), np.inf)
+    is_level = (np.abs(normal[:, 2]) > 0.95 * area) & (height >= low) & (height <= high)
     return float(area[is_level].sum() / area.sum())

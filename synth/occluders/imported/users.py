@@ -61,17 +61,21 @@ def fitted(mesh: Triangles, class_name: str, forward: Array | None) -> Fitted:
 
 
 def _table(mesh: Triangles, forward: Array | None) -> Fitted:
-    tries = [_table_seen_along(mesh, d) for d in _directions(forward)]
+    tries = [item for d in _directions(forward) if (item := _table_seen_along(mesh, d)) is not None]
+    if not tries:
+        return _thing(mesh, forward)
     if forward is None and all(item.role != "table" for item in tries) and tries[0].anchors[0].shape == "ellipse":
-        tries += [_table_seen_along(mesh, _DIAGONAL @ d) for d in _directions(None)]
+        diagonal = [_table_seen_along(mesh, _DIAGONAL @ d) for d in _directions(None)]
+        tries += [item for item in diagonal if item is not None]
     return max(tries, key=lambda item: (item.role == "table", item.anchors[0].size[1] > item.anchors[0].size[0]))
 
 
-def _table_seen_along(mesh: Triangles, forward: Array) -> Fitted:
+def _table_seen_along(mesh: Triangles, forward: Array) -> Fitted | None:
+    """A table whose user looks in a direction; None if it has no level top of 0.25 m a side."""
     turned = _facing(mesh, forward)
     level = _level(turned, "table", 0.012)
     if level is None or min(level.size) < 0.25:
-        raise MeshError(f"has no level top of 0.25 m a side between {_span('table')} m up")
+        return None
     moved = turned.shifted(-level.centre[0], -level.centre[1], 0.0)
     height = float(level.centre[2])
     anchor = Anchor("top", translation(0.0, 0.0, height), level.size, level.shape)
@@ -93,7 +97,7 @@ def _has_knee_room(mesh: Triangles, top: Anchor) -> bool:
 def _chair(mesh: Triangles, forward: Array | None) -> Fitted:
     level = _level(mesh, "chair", 0.045)
     if level is None or min(level.size) < 0.2:
-        return Fitted(_facing(mesh, np.array((1.0, 0.0)) if forward is None else forward), OBSTACLE)
+        return _thing(mesh, forward)
     if forward is None:
         points = sampled(mesh, 2.0 * SPACING)
         above = points[points[:, 2] > level.centre[2] + 0.15]

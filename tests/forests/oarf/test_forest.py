@@ -155,9 +155,9 @@ def test_a_forest_that_is_not_fitted_says_so():
     ("changes", "message"),
     [
         ({"mode": "semantics"}, "mode 'semantics' is unknown; known are baseline, occluders, semantic"),
-        ({"n_trees": 0}, "n_trees=0 must be at least 1"),
-        ({"n_voting_pixels": -5}, "n_voting_pixels=-5 must be at least 1"),
-        ({"leaf_bandwidth_m": 50.0}, "must be in 0.001..1 m"),
+        ({"n_trees": 0}, "n_trees=0 must be in 1"),
+        ({"n_voting_pixels": -5}, "n_voting_pixels=-5 must be in 1"),
+        ({"leaf_bandwidth_m": 50.0}, "must be in 0.001..1.0 m"),
     ],
 )
 def test_settings_out_of_range_are_refused(changes, message):

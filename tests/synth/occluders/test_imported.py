@@ -10,9 +10,9 @@ from storage.digested import read_digested, write_digested
 from synth.geometry import surface_points
 from synth.occluders.imported.boxes import fill_with_boxes, solids_of
 from synth.occluders.imported.levels import find_level
-from synth.occluders.imported.model import Hints, make_model
+from synth.occluders.imported.model import make_model
 from synth.occluders.imported.shape import MeshError, Triangles, cleaned, is_closed, reduced, sampled
-from synth.occluders.imported.sizes import TO_UPRIGHT
+from synth.occluders.imported.sizes import TO_UPRIGHT, Hints, Said
 from synth.occluders.meshlib import FORMAT, MeshLibrary, MeshLibraryError, MeshModel, read_library, write_library
 from synth.occluders.solids.distance import solid_distances
 from synth.scene import FrameSource, ObjectMix, SceneConfig, SceneWeights
@@ -54,7 +54,7 @@ def laptop() -> Triangles:
 
 
 def model(mesh: Triangles, class_name: str, split: str = "train", name: str = "one", **hints: str) -> MeshModel:
-    return make_model(mesh, name, class_name, split, Hints(**hints), "z")
+    return make_model(mesh, name, class_name, split, Hints(**hints), Said("z"))[0]
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("m", 1.0), ("cm", 100.0), ("mm", 1000.0), ("inch", 1 / 0.0254)])
