@@ -43,12 +43,12 @@ def _signed(form: DigestedFormat) -> Damage:
             path = Path(folder) / "file"
             path.write_bytes(data)
             kind, arrays, metadata = read_digested(path, form)
-            arrays = {
-                name: _odd_array(values, rng) if rng.random() < 0.2 else values for name, values in arrays.items()
-            }
-            if rng.random() < 0.2:
+            for name in sorted(arrays):
+                if rng.random() < 1.0 / len(arrays):
+                    arrays[name] = _odd_array(arrays[name], rng)
+            if rng.random() < 0.1:
                 del arrays[sorted(arrays)[int(rng.integers(len(arrays)))]]
-            if rng.random() < 0.5:
+            if rng.random() < 0.3:
                 metadata = damaged_value(metadata, rng)
             try:
                 write_digested(path, form, kind, arrays, metadata)
