@@ -99,7 +99,6 @@ def train(
 
     answers = partial(_answers, model)
     skeleton = learn_from_frames(model.joints, frames, validation, answer_apart, answers, config.seed)
-    on_progress(1.0)
     return replace(model, skeleton=skeleton)
 
 

@@ -131,7 +131,7 @@ def test_the_digest_goes_into_the_configuration(tmp_path: Path) -> None:
     assert chosen["splits"] == ["test"]
     assert len(chosen["digest"]) == 64
     obj(tmp_path / "suitcase__b.obj", 1.1)
-    MeshSettings(tmp_path, lib, test=("*",)).run()
+    MeshSettings(tmp_path, lib, test=("*",), overwrite=True).run()
     with pytest.raises(UserError, match="has changed since the corpus was begun"):
         order.make_source()
     with pytest.raises(UserError, match="has no models for split 'train'"):

@@ -221,7 +221,7 @@ def test_the_demo_takes_plain_pngs_with_a_camera_and_goes_on_after_a_damaged_one
     code, out = demo("--real", folder, "--camera", "kinect_v1_qvga", "--far", "3")
     assert code == 1
     told = capsys.readouterr().out
-    assert "f1.png is neither a PNG" in told
+    assert "f1.png is not a PNG file" in told
     assert (out / "recorded" / "plain" / "semantic" / "f2.overlay.png").exists()
     assert "Left out, because they cannot be read" in (out / "report.html").read_text()
 
