@@ -17,6 +17,8 @@ from pipelines.metrics import read_truths
 from pipelines.metrics.document import pixel_values
 from pipelines.metrics.results import write_results
 from pipelines.models.asking import predict_frames
+from pipelines.models.checkpoints import drop_trees
+from pipelines.models.training import partial_folder
 
 
 def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
@@ -30,6 +32,9 @@ def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
     folder.prepare()
     scorings = [job for job in plan.scorings if not folder.rows(job).exists()]
     trainings = [job for job in plan.trainings if not folder.model(job).exists()]
+    for training in plan.trainings:
+        if training not in trainings:
+            drop_trees(partial_folder(folder.model(training)))
     corpora = [job for job in plan.corpora if not _is_finished(folder, job)]
     left: list[Job] = [*corpora, *trainings, *scorings]
     with WorkProgress(sum(map(cost, left))) as progress:

@@ -64,8 +64,7 @@ class TreeFolder(Generic[TreeT]):
 
     def clear(self) -> None:
         """Forgets all trees."""
-        for file in [*self.path.glob(TREE_FILES), *self.path.glob("*" + TEMPORARY_SUFFIX)]:
-            file.unlink()
+        _remove_trees(self.path)
 
     def check(self) -> None:
         """Makes sure that all trees are of these settings; a damaged file does not count and is removed.
@@ -88,6 +87,27 @@ class TreeFolder(Generic[TreeT]):
 
     def _file(self, tree: int) -> Path:
         return self.path / f"tree_{tree:03d}.safetensors"
+
+
+def _remove_trees(folder: Path) -> None:
+    for file in [*folder.glob(TREE_FILES), *folder.glob("*" + TEMPORARY_SUFFIX)]:
+        file.unlink()
+
+
+def drop_trees(folder: Path) -> None:
+    """Removes the folder of trees that a process left that was killed just after it wrote the model.
+
+    Args:
+        folder: Where the trees are; may be missing.
+
+    Raises:
+        UserError: Another process trains there.
+    """
+    if folder.is_dir():
+        with locked_folder(folder):
+            _remove_trees(folder)
+            with contextlib.suppress(OSError):
+                folder.rmdir()
 
 
 @contextlib.contextmanager

@@ -14,6 +14,7 @@ from pipelines.cli import main
 from pipelines.errors import UserError, in_words
 from pipelines.export import write as export_write
 from pipelines.export.write import EXPORTERS, export
+from pipelines.models.checkpoints import drop_trees
 from storage.atomic import append, write_atomically
 
 
@@ -125,6 +126,19 @@ def test_an_export_that_was_killed_is_made_again(toy_corpus, tmp_path):
     assert export(toy_corpus, "webdataset", tmp_path / "out", ("val",)) == 30
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "out.part"]
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["val-000000.tar"]
+
+
+def test_trees_beside_a_finished_model_are_dropped(tmp_path):
+    folder = tmp_path / "m.partial"
+    drop_trees(folder)
+    folder.mkdir()
+    (folder / "tree_000.safetensors").write_text("x")
+    drop_trees(folder)
+    assert list(tmp_path.iterdir()) == []
+    folder.mkdir()
+    (folder / "mine").write_text("x")
+    drop_trees(folder)
+    assert [path.name for path in folder.iterdir()] == ["mine"]
 
 
 def test_a_folder_that_was_renamed_meanwhile_is_not_written(tmp_path, monkeypatch):
