@@ -60,7 +60,7 @@ class Index:
         for row in self.rows:
             found = places.find(row.file, self.path.parent)
             if not found:
-                reason = "is of a kind that is not read" if (folder / row.file).exists() else f"is not in {folder}"
+                reason = "is of a kind that is not read" if _is_there(folder / row.file) else f"is not in {folder}"
                 raise UserError(f"{self.path}, line {row.line}: it lists {row.file}, which {reason}")
             if len(found) > 1:
                 listed = ", ".join(shown(path) for path in found[:_SHOWN]) + (
@@ -163,6 +163,14 @@ class _Places:
             if ends:
                 return ends
         return []
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a file exists; a name that no file can have, such as one that is too long, does not."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 def _inside(path: Path, folder: Path) -> str | None:

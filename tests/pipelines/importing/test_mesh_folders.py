@@ -78,6 +78,7 @@ def test_paths_may_begin_at_the_index_or_be_ends_that_only_one_file_has(tmp_path
     [
         ("model.obj,box", r"line 2: model.obj may be any of 3 files \(.*a/model.obj, "),
         ("d/model.obj,box", "line 2: it lists d/model.obj, which is not in"),
+        ("d" * 300 + ".obj,box", "which is not in"),
         ("a/model.obj,box\na/model.obj,bag", "line 3: it lists a/model.obj again, with other values"),
         ("index.csv,box", "lists index.csv, which is of a kind that is not read"),
     ],
