@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -68,8 +69,8 @@ class MocapOptions:
     subject_from: SubjectFrom = "auto"
 
     def __post_init__(self) -> None:
-        if not self.distance >= 0.0:
-            raise UserError(f"distance={self.distance} must not be negative")
+        if not 0.0 <= self.distance < math.inf:
+            raise UserError(f"distance={self.distance} must be a length of at least 0 m")
 
 
 class FrameCounts(NamedTuple):
