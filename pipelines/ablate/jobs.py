@@ -153,7 +153,6 @@ class ScoringJob:
         sensor: Sensor model of them.
         n_trees: The first so many trees are asked; 0 = all.
         n_pixels: Pixels that vote; 0 = as trained.
-        has_skeleton: Whether it makes one skeleton out of its proposals.
     """
 
     training: TrainingJob
@@ -162,12 +161,11 @@ class ScoringJob:
     sensor: str | None = None
     n_trees: int = 0
     n_pixels: int = 0
-    has_skeleton: bool = True
 
     @functools.cached_property
     def key(self) -> str:
         """Digest of the rows."""
-        asked = (self.corpus.source_key, self.test, self.sensor, self.n_trees, self.n_pixels, self.has_skeleton)
+        asked = (self.corpus.source_key, self.test, self.sensor, self.n_trees, self.n_pixels)
         return digest_of("rows", self.training.key, asked, sources_digest(*_SCORING_SOURCES))
 
     @property

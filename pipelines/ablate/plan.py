@@ -185,17 +185,11 @@ def models_of(config: AblationConfig) -> Mapping[str, Any]:
 
 
 def _ask_skeletons(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
-    """The same forests, with one skeleton out of their proposals and with each joint on its own."""
+    """The same forests, told to learn one skeleton out of their proposals, and with each joint on its own."""
     models = {name: replace(settings, learn_skeleton=True) for name, settings in models_of(config).items()}
-    learning = replace(config, models=models)
-    for has_skeleton in (True, False):
-        yield _condition(
-            learning,
-            "skeletons",
-            {"is_one_skeleton": has_skeleton},
-            asked={"has_skeleton": has_skeleton},
-            rows=config.rows,
-        )
+    for learned in (replace(config, models=models), config):
+        settings = {"is_one_skeleton": learned is not config}
+        yield _condition(learned, "skeletons", settings, rows=config.rows)
 
 
 def _ask_frames(config: AblationConfig, _: Libraries) -> Iterator[Condition]:

@@ -115,7 +115,7 @@ VARIED = {
     "unseen_class": {"training.train.rule"},
     "sensor": {"training.sensor", "sensor"},
     "imported": {"corpus.imported.poses", "corpus.imported.objects"},
-    "skeletons": {"has_skeleton"},
+    "skeletons": {"training.config.learn_skeleton"},
     "frames": {"training.train.n"},
     "trees": {"n_trees"},
     "pixels": {"n_pixels"},
