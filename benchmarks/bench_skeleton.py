@@ -13,13 +13,13 @@ from forests.frames import Intrinsics
 from forests.skeleton.answers import N_CANDIDATES, Answers, edges_of
 from forests.skeleton.decode import choose_candidates, limit_limbs
 from forests.skeleton.decoded import decoded
-from forests.skeleton.features import trunk_of
+from forests.skeleton.features import n_features, trunk_of
 from forests.skeleton.kinematics import SKELETON
 from forests.skeleton.learn import BESIDE_NETWORK, decode_all
 from forests.skeleton.model import OUTCOMES, TERMS, SkeletonModel
 from forests.skeleton.network import ask_network, new_network
 from forests.skeleton.prior import measure_bodies
-from forests.skeleton.proposal import N_HIDDEN, n_features
+from forests.skeleton.proposal import N_HIDDEN
 
 NAMES = tuple(name for name, _ in SKELETON)
 CAMERA, SHAPE = Intrinsics(365.0, 365.0, 255.5, 211.5), (424, 512)

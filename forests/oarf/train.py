@@ -18,15 +18,13 @@ from forests.oarf.packed import pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
-from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, answers_of, joined
-from forests.skeleton.folds import N_FOLDS, ShiftedStore
+from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, answers_of
+from forests.skeleton.folds import FOLD_SEED, N_FOLDS, Answering, ShiftedStore
 from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
-_FOLD_SEED = 1000
-"""Added to the seed of the forests that learn from halves."""
 _GROW_SHARE = 0.8
 """Of a tree's time; the rest goes to its leaves."""
 
@@ -68,17 +66,15 @@ def train(
     if not config.learn_skeleton:
         return model
 
-    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth]:
-        halved = replace(config, n_trees=1, seed=config.seed + _FOLD_SEED + fold)
+    def train_apart(others: FrameSequence, fold: int) -> Answering:
+        halved = replace(config, n_trees=1, seed=config.seed + FOLD_SEED + fold)
         store = ShiftedStore(checkpoint, config.n_trees + fold) if checkpoint else None
         part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        part = replace(part, tuning=model.tuning)
-        return joined([_answers(part, own, False), _answers(part, own, True)])
+        return partial(_answers, replace(part, tuning=model.tuning))
 
-    skeleton = learn_from_frames(
-        model.labels.joints, frames, validation, answer_apart, partial(_answers, model), config.seed
-    )
+    answers = partial(_answers, model)
+    skeleton = learn_from_frames(model.labels.joints, frames, validation, train_apart, answers, config.seed)
     on_progress(1.0)
     return replace(model, skeleton=skeleton)
 

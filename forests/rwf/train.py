@@ -23,15 +23,13 @@ from forests.rwf.start import start_point
 from forests.rwf.tune import tune
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
-from forests.skeleton.answers import Answers, Truth, answers_of, joined
-from forests.skeleton.folds import LEAST_FRAMES, N_FOLDS, ShiftedStore
+from forests.skeleton.answers import Answers, Truth, answers_of
+from forests.skeleton.folds import FOLD_SEED, LEAST_FRAMES, N_FOLDS, Answering, ShiftedStore
 from forests.skeleton.kinematics import parents_first, parents_of
 from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _MAX_BYTES = 2**31
-_FOLD_SEED = 1000
-"""Added to the seed of the forests that learn from halves."""
 _READ_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
 
@@ -86,19 +84,19 @@ def train(
     if not config.learn_skeleton:
         return model
 
-    def answer_apart(others: FrameSequence, own: FrameSequence, fold: int) -> tuple[Answers, Truth] | None:
-        halved = replace(model.config, joints=model.joints, seed=config.seed + _FOLD_SEED + fold)
+    def train_apart(others: FrameSequence, fold: int) -> Answering | None:
+        halved = replace(model.config, joints=model.joints, seed=config.seed + FOLD_SEED + fold)
         store = ShiftedStore(checkpoint, len(model.joints) * config.n_trees * (1 + fold)) if checkpoint else None
         part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
         if part.joints != model.joints:  # a half knows no place of a joint
             return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        own_seed = replace(halved, seed=config.seed)
-        walker = replace(part, config=own_seed, plan=model.plan, within_weights=model.within_weights)
-        return joined([_answers(walker, own, False), _answers(walker, own, True)])
+        drawn = replace(halved, seed=config.seed)
+        return partial(_answers, replace(part, config=drawn, plan=model.plan, within_weights=model.within_weights))
 
-    answers = partial(_answers, model)
-    skeleton = learn_from_frames(model.joints, frames, validation, answer_apart, answers, config.seed)
+    ask = partial(_answers, model)
+    skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, config.seed)
+    on_progress(1.0)
     return replace(model, skeleton=skeleton)
 
 

@@ -21,6 +21,11 @@ def trunk_of(names: tuple[str, ...]) -> NDArray[np.int32]:
     return np.array(places, np.int32)
 
 
+def n_features(n_joints: int) -> int:
+    """Length of a feature vector."""
+    return n_joints * N_OF_JOINT + N_OF_IMAGE
+
+
 @njit(cache=True, nogil=True)
 def middle_of(proposals: np.ndarray, trunk: np.ndarray, middle: np.ndarray) -> int:
     """The median of the trunk's first proposals along each axis, of all joints' if the trunk has none.

@@ -2,22 +2,26 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 from forests.frames import FrameSequence, FrameSubset
 from forests.skeleton.answers import Answers, Truth, joined
 from forests.tree import TreeStore
 
 TreeT = TypeVar("TreeT")
+Answering: TypeAlias = Callable[[FrameSequence, bool], tuple[Answers, Truth]]
+"""What a forest answers on frames, which it sees whole or, if the second argument is true, cut."""
 
 N_FOLDS = 2
+FOLD_SEED = 1000
+"""Added, with the fold's number, to the seed of a forest that learns from a part of the frames."""
 LEAST_FRAMES = 200
 """From fewer training frames no network is learned."""
 
 
 def answers_across(
     frames: FrameSequence,
-    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth] | None],
+    train_apart: Callable[[FrameSequence, int], Answering | None],
 ) -> tuple[Answers, Truth] | None:
     """Answers on all training frames, each by a forest that has not learned from it.
 
@@ -25,23 +29,24 @@ def answers_across(
 
     Args:
         frames: The training frames.
-        answers_apart: Trains on frames, and answers others; its last argument numbers the fold. None where the
-            frames do not tell what the answers need.
+        train_apart: Trains on frames, of a fold of that number; None where they do not tell what the answers need.
 
     Returns:
-        Answers and truths in the frames' order; None of too few frames, or where a fold has none.
+        Answers and truths, of each fold those on whole frames and then those on cut ones; None of too few frames,
+        or where the frames of a fold do not tell enough.
     """
     n = len(frames)
     if n < LEAST_FRAMES:
         return None
-    parts = []
+    parts: list[tuple[Answers, Truth]] = []
     for fold in range(N_FOLDS):
         first, last = fold * n // N_FOLDS, (fold + 1) * n // N_FOLDS
         others = FrameSubset(frames, (*range(first), *range(last, n)))
-        part = answers_apart(others, FrameSubset(frames, tuple(range(first, last))), fold)
-        if part is None:
+        answers = train_apart(others, fold)
+        if answers is None:
             return None
-        parts.append(part)
+        own = FrameSubset(frames, tuple(range(first, last)))
+        parts += [answers(own, False), answers(own, True)]
     return joined(parts)
 
 

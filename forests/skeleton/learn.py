@@ -12,7 +12,7 @@ from forests.calibration import WITHIN_M, fit_logistic
 from forests.frames import FrameSequence, is_known
 from forests.skeleton.answers import Answers, Truth, joined
 from forests.skeleton.features import trunk_of
-from forests.skeleton.folds import answers_across
+from forests.skeleton.folds import Answering, answers_across
 from forests.skeleton.frame import decode_frame
 from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network, no_network
@@ -30,8 +30,8 @@ def learn_from_frames(
     names: tuple[str, ...],
     frames: FrameSequence,
     validation: FrameSequence | None,
-    answers_apart: Callable[[FrameSequence, FrameSequence, int], tuple[Answers, Truth] | None],
-    answers: Callable[[FrameSequence, bool], tuple[Answers, Truth]],
+    train_apart: Callable[[FrameSequence, int], Answering | None],
+    answers: Answering,
     seed: int,
 ) -> SkeletonModel:
     """Learns what makes skeletons of a forest's proposals.
@@ -40,11 +40,11 @@ def learn_from_frames(
         names: Of the joints that the forest answers.
         frames: Its training frames.
         validation: Frames that are new to it; None = rules and probabilities are not learned.
-        answers_apart: Trains on frames and answers others, see `forests.skeleton.folds.answers_across`.
+        train_apart: Trains on a part of the frames, see `forests.skeleton.folds.answers_across`.
         answers: The forest's own answers on frames, which it sees whole or cut.
         seed: Of the network.
     """
-    across = answers_across(frames, answers_apart)
+    across = answers_across(frames, train_apart)
     places = [frames.labels.joints.index(name) for name in names]
     bodies = across[1].joints if across else np.stack([frames[k].joints[places] for k in range(len(frames))])
     whole, cut = None, None

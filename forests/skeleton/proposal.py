@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from forests.frames import is_known
 from forests.skeleton.answers import Answers
-from forests.skeleton.features import N_OF_IMAGE, N_OF_JOINT, middle_of, write_features
+from forests.skeleton.features import N_OF_IMAGE, N_OF_JOINT, middle_of, n_features, write_features
 from forests.skeleton.network import Network, Trainer, ask_network, new_network
 
 N_HIDDEN = 128
@@ -73,11 +73,6 @@ def mirrored_answers(answers: Answers, mirror: NDArray[np.int32]) -> Answers:
     sides = answers.edges[:, [2, 1, 0, 3]] * np.array([-1, 1, -1, 1], np.float32)
     confidence, within, hidden, spread = (values[:, mirror] for values in answers[1:5])
     return Answers(mirrored(answers.proposals, mirror), confidence, within, hidden, spread, sides)
-
-
-def n_features(n_joints: int) -> int:
-    """Length of a feature vector."""
-    return n_joints * N_OF_JOINT + N_OF_IMAGE
 
 
 @njit(cache=True, nogil=True)

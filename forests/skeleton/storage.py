@@ -5,12 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from forests.modelfile import take_array
-from forests.skeleton.features import trunk_of
+from forests.skeleton.features import n_features, trunk_of
 from forests.skeleton.kinematics import mirrored_joints, parents_first, parents_of
 from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
-from forests.skeleton.proposal import n_features
 from storage.digested import Contents
 
 _PREFIX = "skeleton."
