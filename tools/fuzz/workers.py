@@ -23,6 +23,16 @@ MORE_RESIDENT_KIB = 2.5 * 2**20
 """Memory that a file of a few kB may take; readers allow themselves 2 GiB."""
 
 
+def digest(*arrays: object) -> str:
+    """SHA-256 over arrays and values."""
+    total = hashlib.sha256()
+    for values in arrays:
+        total.update(
+            np.ascontiguousarray(values).tobytes() if isinstance(values, np.ndarray) else repr(values).encode()
+        )
+    return total.hexdigest()
+
+
 @dataclass(frozen=True)
 class Format:
     """A format that the program reads.
