@@ -1,5 +1,6 @@
 """What finds joints, and what it answers: the contract that every forest keeps and every user may rely on."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -23,6 +24,10 @@ class JointEstimate:
         camera: Intrinsics, for the projection.
         outside_probability: (n_joints,) float32, calibrated, that the joint is not in the image; NaN if not
             calibrated.
+        heading: Which way the person faces, about the camera's y axis: 0 = towards the camera, pi / 2 = towards the
+            image's right [rad]; NaN if not estimated.
+        heading_probability: That the heading is right to 75 degrees; NaN if not estimated.
+        alternative: The skeleton of the second likeliest heading, if it is worth a thought.
     """
 
     proposals: NDArray[np.float32]
@@ -32,6 +37,9 @@ class JointEstimate:
     spread: NDArray[np.float32]
     camera: Pinhole
     outside_probability: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
+    heading: float = math.nan
+    heading_probability: float = math.nan
+    alternative: "JointEstimate | None" = None
 
     def __post_init__(self) -> None:
         if not len(self.outside_probability):

@@ -1,5 +1,6 @@
 """Pixels go down all trees of a forest, many in lockstep."""
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -7,7 +8,9 @@ import numpy as np
 from numba import int32, njit
 from numpy.typing import NDArray
 
+from forests.crops import Crops
 from forests.features import difference, pixels_per_metre
+from forests.samples import Samples
 from forests.tree import check_tree
 
 PACKED_NODE = np.dtype(
@@ -71,6 +74,29 @@ def flatten(trees: Sequence[NDArray], n_leaves: Sequence[int]) -> FlatTrees:
 
 def _starts(counts: Sequence[int]) -> NDArray[np.int32]:
     return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+
+
+def leaves_of_samples(crops: Crops, samples: Samples, nodes: NDArray, n_leaves: int) -> NDArray[np.int32]:
+    """(n,) int32: the leaves of one tree that samples reach.
+
+    Args:
+        crops: The images that the samples are of.
+        samples: (n,) pixels in order of frame.
+        nodes: (n_nodes,) of NODE_DTYPE.
+        n_leaves: Leaves of the tree.
+    """
+    flat = flatten([nodes], [n_leaves])
+    first = np.searchsorted(samples.frame, np.arange(len(crops.start) + 1))
+    leaves = np.empty((1, len(samples.frame)), np.int32)
+    for frame, (begin, end) in enumerate(itertools.pairwise(first)):
+        width, height = int(crops.width[frame]), int(crops.height[frame])
+        pixels = crops.pixels[crops.start[frame] : crops.start[frame] + width * height]
+        columns, rows = samples.x[begin:end].astype(np.int32), samples.y[begin:end].astype(np.int32)
+        fx, fy = crops.intrinsics[frame, :2]
+        reached = np.empty((1, end - begin), np.int32)
+        descend(pixels, width, height, columns, rows, fx, fy, flat.nodes, flat.roots, reached)
+        leaves[:, begin:end] = reached
+    return leaves[0]
 
 
 @njit(cache=True, nogil=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from forests.frames import is_known
 from forests.growing import GrownTree
 from forests.hashing import hash4, splitmix64
-from forests.modes import WeightedPoints, find_modes, keep_heaviest
+from forests.modes import WeightedPoints, bell, find_modes, keep_heaviest
 from forests.oarf.packed import LeafTable
 from forests.samples import TrainingSet
 
@@ -27,7 +27,8 @@ _VOTE_STREAM = 0x1EAF_0000_0000
 class _Seen(NamedTuple):
     """What mean shift at the leaves reads, the same for all of them.
 
-    `is_known` (n_frames, n_joints + 1) says which joints a frame knows; the last column is true throughout.
+    `is_known` (n_frames, n_joints + 1) says which joints a frame knows; the last column is true throughout. `facing`
+    is (n_frames, 2), or (0, 2) where headings are not learned.
     """
 
     points: NDArray[np.float32]
@@ -35,6 +36,7 @@ class _Seen(NamedTuple):
     is_occluder: NDArray[np.bool_]
     joints: NDArray[np.float32]
     is_known: NDArray[np.bool_]
+    facing: NDArray[np.float32]
 
 
 class LeafRules(NamedTuple):
@@ -68,6 +70,7 @@ def leaf_table(
     rules: LeafRules,
     n_threads: int = 1,
     on_leaves: Callable[[int], object] = lambda n: None,
+    facing: NDArray[np.float32] | None = None,
 ) -> LeafTable:
     """Learns the leaves of a tree (equations 5 and 8).
 
@@ -83,10 +86,12 @@ def leaf_table(
     Args:
         training: What the tree was grown on.
         classes: (n_samples,) uint8, body parts first.
-        grown: The tree.
+        grown: The tree, and the samples of its leaves: all, or those that they are to learn from.
         rules: How.
         n_threads: Threads; the table is the same for any number.
         on_leaves: Told, from the calling thread, how many further leaves are done.
+        facing: (n_frames, 2) float32, cosine and sine of people's headings, zeros where not known; None = votes
+            do not learn which way people face.
 
     Raises:
         ValueError: A rule out of range, or classes that do not fit the tree.
@@ -95,11 +100,12 @@ def leaf_table(
     n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if rules.n_classes == rules.n_parts else 2
     shape = (n_leaves, n_layers, training.joints.shape[1], rules.n_leaf_votes)
     vote, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    seen = _seen(training, classes >= rules.n_parts)
+    seen = _seen(training, classes >= rules.n_parts, facing)
+    faced = np.zeros((*shape, 2) if facing is not None else (0, 0, 0, 0, 2), np.float32)
 
     def run(first: int) -> int:
         last = min(first + _TASK_LEAVES, n_leaves)
-        _cluster_leaves(seen, grown.leaf_start, grown.order, first, last, rules, vote, weight)
+        _cluster_leaves(seen, grown.leaf_start, grown.order, first, last, rules, vote, weight, faced)
         return last - first
 
     with ThreadPoolExecutor(n_threads) as pool:
@@ -109,21 +115,38 @@ def leaf_table(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return LeafTable(_class_shares(grown, classes, rules.n_classes), vote, weight)
+    shares = _class_shares(grown, classes, rules.n_classes)
+    return LeafTable(shares, vote, weight, None if facing is None else faced)
 
 
-def _seen(training: TrainingSet, is_occluder: NDArray[np.bool_]) -> _Seen:
+def regrouped(nodes: NDArray, n_leaves: int, leaf: NDArray[np.int32], is_kept: NDArray[np.bool_]) -> GrownTree:
+    """A tree with a part of its samples, to learn its leaves anew from them.
+
+    Args:
+        nodes: Of the tree.
+        n_leaves: Leaves of the tree.
+        leaf: (n_samples,) int32, the leaf of each sample.
+        is_kept: (n_samples,) bool, which samples stay.
+    """
+    kept = np.flatnonzero(is_kept).astype(np.int32)
+    start = np.zeros(n_leaves + 1, np.int64)
+    np.cumsum(np.bincount(leaf[kept], minlength=n_leaves), out=start[1:])
+    return GrownTree(nodes, start, kept[np.argsort(leaf[kept], kind="stable")])
+
+
+def _seen(training: TrainingSet, is_occluder: NDArray[np.bool_], facing: NDArray[np.float32] | None) -> _Seen:
     everybody = np.ones((len(training.joints), 1), np.bool_)
     known = np.hstack([is_known(training.joints), everybody])
     samples = training.samples
-    return _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known)
+    faced = np.empty((0, 2), np.float32) if facing is None else facing
+    return _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known, faced)
 
 
 def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules, n_threads: int) -> None:
     n_parts, n_classes = rules.n_parts, rules.n_classes
     if not 1 <= n_parts <= n_classes <= 256:
         raise ValueError(f"n_parts={n_parts} and n_classes={n_classes} must be in 1..256, parts not above classes")
-    if classes.shape != grown.order.shape or classes.dtype != np.uint8:
+    if classes.ndim != 1 or len(classes) < len(grown.order) or classes.dtype != np.uint8:
         raise ValueError(f"classes are {classes.dtype} {classes.shape}, must be uint8 {grown.order.shape}")
     if len(classes) and classes.max() >= n_classes:
         raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
@@ -149,9 +172,9 @@ def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) 
 @njit(cache=True, nogil=True)
 def _cluster_leaves(
     seen: _Seen, leaf_start: np.ndarray, order: np.ndarray, first: int, last: int, rules: LeafRules,
-    vote: np.ndarray, weight: np.ndarray,
+    vote: np.ndarray, weight: np.ndarray, facing: np.ndarray,
 ) -> None:  # fmt: skip
-    """Writes votes and weights of the leaves first..last-1."""
+    """Writes votes, weights and, if they are learned, facings of the leaves first..last-1."""
     n_layers, n_joints = weight.shape[1], weight.shape[2]
     columns = np.empty(n_joints, np.int64)
     drawn = np.empty(rules.n_drawn, np.int32)
@@ -174,7 +197,12 @@ def _cluster_leaves(
                 n_found = find_modes(points, rules.bandwidth_m, rules.n_starts, found)
                 for k in range(n_found):
                     found[k, 3] *= share
-                keep_heaviest(found, n_found, vote[leaf, layer, joint], weight[leaf, layer, joint])
+                votes, weights = vote[leaf, layer, joint], weight[leaf, layer, joint]
+                keep_heaviest(found, n_found, votes, weights)
+                if len(facing) > 0:
+                    _average_facings(
+                        seen, drawn, points, rules.bandwidth_m, votes, weights, facing[leaf, layer, joint]
+                    )
 
 
 @njit(cache=True, nogil=True)
@@ -230,3 +258,24 @@ def _offsets(seen: _Seen, drawn: np.ndarray, joint: int, offsets: WeightedPoints
         offsets.x[i] = seen.joints[frame, joint, 0] - seen.points[s, 0]
         offsets.y[i] = seen.joints[frame, joint, 1] - seen.points[s, 1]
         offsets.z[i] = seen.joints[frame, joint, 2] - seen.points[s, 2]
+
+
+@njit(cache=True, nogil=True)
+def _average_facings(
+    seen: _Seen, drawn: np.ndarray, offsets: WeightedPoints, bandwidth: float, votes: np.ndarray,
+    weights: np.ndarray, facing: np.ndarray,
+) -> None:  # fmt: skip
+    """Fills in, for the votes of a joint, which way the people face whose samples' offsets are near to each."""
+    scale = 1.0 / (32.0 * bandwidth * bandwidth)
+    for k in range(len(weights)):
+        if weights[k] == 0.0:
+            continue
+        cos, sin, total = 0.0, 0.0, 0.0
+        for i in range(len(offsets.x)):
+            dx, dy, dz = offsets.x[i] - votes[k, 0], offsets.y[i] - votes[k, 1], offsets.z[i] - votes[k, 2]
+            near = bell(min((dx * dx + dy * dy + dz * dz) * scale, 1.0))
+            frame = seen.frame[drawn[i]]
+            cos += near * seen.facing[frame, 0]
+            sin += near * seen.facing[frame, 1]
+            total += near
+        facing[k, 0], facing[k, 1] = cos / total, sin / total

@@ -11,6 +11,7 @@ WEIGHT_ONE = 32767
 """A leaf vote's weight of one: int16 keeps an entry of a vote table at ten bytes, and reading entries is what
 voting waits for."""
 PROBABILITY_ONE = 65535
+FACING_ONE = 127
 FARTHEST_MM = 32000
 """Longest offset of a leaf's vote along an axis."""
 
@@ -24,11 +25,14 @@ class LeafTable(NamedTuple):
             [m], the heaviest first; 0 where missing. n_layers is 1 for the baseline, else 2.
         weight: (n_leaves, n_layers, n_joints, n_leaf_votes) float32, of the leaf's samples that know the joint, in
             both layers, the share that ended in the vote's mode; 0 where missing.
+        facing: (n_leaves, n_layers, n_joints, n_leaf_votes, 2) float32, mean cosine and sine of the headings of
+            the people whose samples ended near the vote; zeros where missing. None = not learned.
     """
 
     probability: NDArray[np.float32]
     vote: NDArray[np.float32]
     weight: NDArray[np.float32]
+    facing: NDArray[np.float32] | None = None
 
 
 class PackedLeaves(NamedTuple):
@@ -42,6 +46,7 @@ class PackedLeaves(NamedTuple):
         has_vote: uint8, a bit for each vote, likewise.
         vote: (n_set, 3) int16, offsets of those that have a weight [mm].
         weight: (n_set,) int16, WEIGHT_ONE = 1, above 0.
+        facing: (n_set, 2) int8, of those, FACING_ONE = 1; (0, 2) = not learned.
     """
 
     n_classes: int
@@ -51,6 +56,7 @@ class PackedLeaves(NamedTuple):
     has_vote: NDArray[np.uint8]
     vote: NDArray[np.int16]
     weight: NDArray[np.int16]
+    facing: NDArray[np.int8]
 
     @property
     def n_leaves(self) -> int:
@@ -70,7 +76,12 @@ class PackedLeaves(NamedTuple):
         is_kept = np.unpackbits(self.has_vote, count=size).astype(bool)
         vote[is_kept] = self.vote.astype(np.float32) / np.float32(1000.0)
         weight[is_kept] = self.weight.astype(np.float32) / np.float32(WEIGHT_ONE)
-        return LeafTable(self.probabilities(), vote.reshape(*self.shape, 3), weight.reshape(self.shape))
+        facing = None
+        if len(self.facing):
+            facing = np.zeros((size, 2), np.float32)
+            facing[is_kept] = self.facing.astype(np.float32) / np.float32(FACING_ONE)
+            facing = facing.reshape(*self.shape, 2)
+        return LeafTable(self.probabilities(), vote.reshape(*self.shape, 3), weight.reshape(self.shape), facing)
 
     def voted_joints(self) -> NDArray[np.bool_]:
         """(n_joints,) bool, which joints any leaf votes for."""
@@ -96,7 +107,14 @@ def pack_leaves(table: LeafTable) -> PackedLeaves:
         np.packbits(units > 0),
         vote_mm,
         units[units > 0],
+        _packed_facing(table.facing, units > 0),
     )
+
+
+def _packed_facing(facing: NDArray[np.float32] | None, is_kept: NDArray[np.bool_]) -> NDArray[np.int8]:
+    if facing is None:
+        return np.empty((0, 2), np.int8)
+    return np.rint(np.clip(facing[is_kept], -1.0, 1.0) * FACING_ONE).astype(np.int8)
 
 
 def check_leaves(leaves: PackedLeaves) -> None:
@@ -110,6 +128,8 @@ def check_leaves(leaves: PackedLeaves) -> None:
     _check_bits("vote", leaves.has_vote, math.prod(leaves.shape), len(leaves.weight))
     if leaves.vote.shape != (len(leaves.weight), 3):
         raise ValueError(f"votes are {leaves.vote.shape}, must be ({len(leaves.weight)}, 3)")
+    if leaves.facing.shape not in ((0, 2), (len(leaves.weight), 2)):
+        raise ValueError(f"facings are {leaves.facing.shape}, must be ({len(leaves.weight)}, 2), or none")
     is_short = leaves.vote.min(initial=0) >= -FARTHEST_MM and leaves.vote.max(initial=0) <= FARTHEST_MM
     if not is_short or leaves.weight.min(initial=0) < 0:
         raise ValueError(f"leaf votes must be within {FARTHEST_MM} mm, their weights not below 0")

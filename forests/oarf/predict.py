@@ -1,6 +1,7 @@
 """Joints from a depth image: a regression forest that is ready to be asked."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,11 @@ from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
 from forests.skeleton.answers import N_CANDIDATES
-from forests.skeleton.decoded import decoded
+from forests.skeleton.decoded import decoded, headings_of
+from forests.skeleton.heading import facing_towards
+
+LEAST_THOUGHT = 0.05
+"""A second heading that is at least this probable gets a skeleton of its own."""
 
 
 class Voters(NamedTuple):
@@ -42,6 +47,16 @@ class Voters(NamedTuple):
     columns: NDArray[np.int32]
     rows: NDArray[np.int32]
     stands_for: float
+
+
+class _Reached(NamedTuple):
+    """An image whose voters have reached their leaves (n_trees, n), and their points (n, 3) [m]."""
+
+    image: NDArray[np.uint16]
+    camera: Pinhole
+    voters: Voters
+    leaves: NDArray[np.int32]
+    points: NDArray[np.float32]
 
 
 class Predictor:
@@ -87,10 +102,20 @@ class Predictor:
         skeleton = self.model.skeleton
         if skeleton is None:
             return self.predict_joints(depth, camera, box, n_pixels, n_proposals)
-        if n_proposals < 1:
-            raise ValueError(f"n_proposals={n_proposals} must be at least 1")
-        estimate = self.predict_joints(depth, camera, box, n_pixels, max(n_proposals, N_CANDIDATES))
-        return decoded(skeleton, estimate, depth.shape, n_proposals)
+        _check_proposals(n_proposals)
+        reached = self._reach(depth, camera, box, n_pixels)
+        n_candidates = max(n_proposals, N_CANDIDATES)
+        estimate = self._estimate(reached, n_candidates, math.nan)
+        if not self.reads_headings:
+            return decoded(skeleton, estimate, depth.shape, n_proposals)
+        headings = headings_of(skeleton, estimate, depth.shape)
+        answers = []
+        for heading in headings:
+            if heading.probability >= LEAST_THOUGHT or not answers:
+                told = self._estimate(reached, n_candidates, heading.angle)
+                told = replace(told, heading_probability=heading.probability)
+                answers.append(decoded(skeleton, told, depth.shape, n_proposals))
+        return replace(answers[0], alternative=answers[1] if len(answers) > 1 else None)
 
     def predict_joints(
         self,
@@ -99,14 +124,30 @@ class Predictor:
         box: Box | None = None,
         n_pixels: int | None = None,
         n_proposals: int = 3,
+        heading: float = math.nan,
     ) -> JointEstimate:
-        """Finds the joints one by one, as the modes of their votes; arguments and errors as of `predict`."""
-        proposals, evidence = self.examine(depth, camera, box, n_pixels, n_proposals)
+        """Finds the joints one by one, as the modes of their votes; arguments and errors as of `predict`.
+
+        Votes are weighed by the heading [rad], if one is given and the forest's leaves have learned headings.
+        """
+        _check_proposals(n_proposals)
+        return self._estimate(self._reach(depth, camera, box, n_pixels), n_proposals, heading)
+
+    @property
+    def reads_headings(self) -> bool:
+        """Whether votes can be weighed by a person's heading."""
+        return len(self._table.facing) > 0
+
+    def _estimate(self, reached: "_Reached", n_proposals: int, heading: float) -> JointEstimate:
+        camera = reached.camera
+        proposals, evidence = self._examine(reached, n_proposals, heading)
         tuning, values = self.model.tuning, terms(evidence)
         within = logistic(tuning.within_weights, values)
         within[(evidence.confidence[:, 0] == 0) & ~np.isnan(within)] = 0.0
         hidden = logistic(tuning.hidden_weights, values)
-        return JointEstimate(proposals, evidence.confidence, within, hidden, evidence.spread, camera)
+        return JointEstimate(
+            proposals, evidence.confidence, within, hidden, evidence.spread, camera, heading=heading
+        )
 
     def examine(
         self,
@@ -117,11 +158,21 @@ class Predictor:
         n_proposals: int = 3,
     ) -> tuple[NDArray[np.float32], Evidence]:
         """The proposals (n_joints, n_proposals, 3) [m], and what speaks for them; arguments as for `predict`."""
-        if n_proposals < 1:
-            raise ValueError(f"n_proposals={n_proposals} must be at least 1")
+        _check_proposals(n_proposals)
+        return self._examine(self._reach(depth, camera, box, n_pixels), n_proposals, math.nan)
+
+    def _reach(
+        self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None, n_pixels: int | None
+    ) -> "_Reached":
         image = check_depth(depth)
         voters = self._choose(image, camera, box, n_pixels)
-        votes = cast(self._table, self._descend(voters, camera), _points(voters, camera))
+        return _Reached(image, camera, voters, self._descend(voters, camera), _points(voters, camera))
+
+    def _examine(
+        self, reached: "_Reached", n_proposals: int, heading: float
+    ) -> tuple[NDArray[np.float32], Evidence]:
+        image, camera, voters, leaves, points = reached
+        votes = cast(self._table, leaves, points, facing_towards(heading))
         n_joints = len(self._bandwidth)
         proposals = np.empty((n_joints, n_proposals, 3), np.float32)
         density = np.empty((n_joints, n_proposals), np.float32)
@@ -143,8 +194,8 @@ class Predictor:
         self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None, n_pixels: int | None = None
     ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
         """The voting pixels' leaves (n_trees, n), numbered through all trees, and points (n, 3) [m]."""
-        voters = self._choose(check_depth(depth), camera, box, n_pixels)
-        return self._descend(voters, camera), _points(voters, camera)
+        reached = self._reach(depth, camera, box, n_pixels)
+        return reached.leaves, reached.points
 
     def class_probabilities(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.float32]:
         """Classes of all pixels.
@@ -224,6 +275,11 @@ class Predictor:
         )
         is_occluder[seen] = self._occluder_probability(self._descend(at, camera)).mean(axis=0)
         return behind, is_occluder
+
+
+def _check_proposals(n_proposals: int) -> None:
+    if n_proposals < 1:
+        raise ValueError(f"n_proposals={n_proposals} must be at least 1")
 
 
 def _inside(box: Box | None, left: int, top: int, width: int, height: int) -> tuple[int, int, int, int]:

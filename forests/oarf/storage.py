@@ -80,7 +80,8 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
     """A tree's arrays as a model file holds them."""
-    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS}
+    facing = {"facing": tree.leaves.facing} if len(tree.leaves.facing) else {}
+    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS} | facing
 
 
 def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OARFConfig) -> ForestTree:
@@ -108,6 +109,7 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OA
         take_array(arrays, "has_vote", np.uint8, (-(-math.prod(shape) // 8),)),
         take_array(arrays, "vote", np.int16, (len(weight), 3)),
         weight,
+        take_array(arrays, "facing", np.int8, (None, 2)) if "facing" in arrays else np.empty((0, 2), np.int8),
     )
     check_leaves(leaves)
     return ForestTree(nodes, leaves)

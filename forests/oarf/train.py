@@ -1,30 +1,37 @@
 """Training a regression forest from frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from forests.frames import DepthFrame, FrameSequence, is_known
-from forests.growing import grow_class_tree
+from forests.frames import DepthFrame, FrameSequence, FrameSubset, is_known
+from forests.growing import GrownTree, grow_class_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
-from forests.oarf.leaves import LeafRules, leaf_table
+from forests.oarf.descend import leaves_of_samples
+from forests.oarf.leaves import LeafRules, leaf_table, regrouped
 from forests.oarf.model import ForestTree, OARFModel
-from forests.oarf.packed import pack_leaves
+from forests.oarf.packed import PackedLeaves, pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
-from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, answers_of
-from forests.skeleton.folds import FOLD_SEED, N_FOLDS, Answering, ShiftedStore
+from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, View, answers_of
+from forests.skeleton.folds import Answering
+from forests.skeleton.heading import facings_of
 from forests.skeleton.learn import learn_from_frames
+from forests.skeleton.model import SkeletonModel
 from forests.tree import TreeStore
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
+N_WAYS = 2
+"""In how many ways training frames are halved for skeletons."""
+_SKELETON_SHARE = 0.4
+"""Likewise, of the whole training."""
 _GROW_SHARE = 0.8
 """Of a tree's time; the rest goes to its leaves."""
 
@@ -38,73 +45,17 @@ def train(
     checkpoint: TreeStore[ForestTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
 ) -> OARFModel:
-    """Trains a regression forest and, if the config says so, what makes one skeleton out of its proposals.
-
-    For the latter, two forests of one tree each learn from one half of the frames and answer the other half; see
-    `forests.skeleton.learn`.
-
-    Args:
-        frames: Training frames; each is read a few times.
-        config: How it is trained.
-        validation: Frames to learn lambda_j, b_j and the probabilities on; None leaves them at their defaults.
-        n_threads: Threads; the forest is the same to the byte for any number.
-        checkpoint: Keeps finished trees; those of the halves follow the forest's own.
-        on_progress: Told the share of the work that is done, 0..1.
-
-    Raises:
-        ValueError: No frames, none that shows a person, or none that knows a joint.
-    """
-    share = config.n_trees / (config.n_trees + 1.0) if config.learn_skeleton else 1.0
-    model = train_forest(
-        frames,
-        config,
-        validation=validation,
-        n_threads=n_threads,
-        checkpoint=checkpoint,
-        on_progress=lambda done: on_progress(share * done),
-    )
-    if not config.learn_skeleton:
-        return model
-
-    def train_apart(others: FrameSequence, fold: int) -> Answering:
-        halved = replace(config, n_trees=1, seed=config.seed + FOLD_SEED + fold)
-        store = ShiftedStore(checkpoint, config.n_trees + fold) if checkpoint else None
-        part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
-        on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        return partial(_answers, replace(part, tuning=model.tuning))
-
-    answers = partial(_answers, model)
-    skeleton = learn_from_frames(model.labels.joints, frames, validation, train_apart, answers, config.seed)
-    on_progress(1.0)
-    return replace(model, skeleton=skeleton)
-
-
-def _answers(model: OARFModel, frames: FrameSequence, is_cut: bool) -> tuple[Answers, Truth]:
-    predictor = Predictor(model)
-
-    def ask(frame: DepthFrame) -> JointEstimate:
-        return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
-
-    return answers_of(ask, frames, is_cut=is_cut)
-
-
-def train_forest(
-    frames: FrameSequence,
-    config: OARFConfig,
-    *,
-    validation: FrameSequence | None = None,
-    n_threads: int = 1,
-    checkpoint: TreeStore[ForestTree] | None = None,
-    on_progress: Callable[[float], object] = lambda share: None,
-) -> OARFModel:
-    """Trains a regression forest (Rafi et al. 2015, section 3).
+    """Trains a regression forest (Rafi et al. 2015, section 3) and, if the config says so, whole skeletons.
 
     The baseline learns from the body layer, the other modes from the composite with pixels of the objects too; the
     pixels of the body that both layers show are drawn alike. Where no frame shows an object, all modes are the
     same but for the classes' names. Frames may lack joints (NaN): a joint that no frame knows gets no votes.
 
+    Skeletons are learned from answers on training frames by leaves that have learned from the other half of the
+    frames; see `forests.skeleton.learn`.
+
     Args:
-        frames: Training frames; each is read once.
+        frames: Training frames; each is read a few times.
         config: How it is trained.
         validation: Frames to learn lambda_j, b_j and the probabilities on; None leaves them at their defaults.
         n_threads: Threads; the forest is the same to the byte for any number.
@@ -116,27 +67,93 @@ def train_forest(
     """
     if len(frames) == 0:
         raise ValueError("there are no training frames")
-    classes = ClassTable.of(frames.labels, config.mode)
-    stored = [checkpoint.load(tree) if checkpoint else None for tree in range(config.n_trees)]
-    trees: list[ForestTree] = []
-    if None in stored:
-        training = _gathered(frames, config, lambda n: on_progress(_GATHER_SHARE * n / len(frames)))
-        wanted = classes.of_label(frames.labels)[training.samples.label]
-    per_tree = (1.0 - _GATHER_SHARE - _TUNE_SHARE) / config.n_trees
-    for tree, kept in enumerate(stored):
-
-        def show(done: float, begun: float = _GATHER_SHARE + per_tree * tree) -> None:
-            on_progress(begun + per_tree * done)
-
-        grown = kept or _train_tree(training, wanted, classes, config, tree, n_threads, show)
-        if checkpoint and kept is None:
-            checkpoint.save(tree, grown)
-        trees.append(grown)
-    model = OARFModel(config, frames.labels, classes, tuple(trees), untuned(frames.labels.n_joints))
+    share = 1.0 - _SKELETON_SHARE if config.learn_skeleton else 1.0
+    learner = _Learner(frames, config, n_threads, lambda done: on_progress(share * done))
+    trees = tuple(_trees(learner, checkpoint))
+    model = OARFModel(config, frames.labels, learner.classes, trees, untuned(frames.labels.n_joints))
     if validation is not None and len(validation):
         model = tune(model, validation, n_threads=n_threads)
+    if config.learn_skeleton:
+        model = replace(model, skeleton=_learned_skeleton(model, learner, validation))
     on_progress(1.0)
     return model
+
+
+class _Learner:
+    """What trees are learned from: gathered when it is first asked for, since all trees may be finished."""
+
+    def __init__(
+        self, frames: FrameSequence, config: OARFConfig, n_threads: int, on_share: Callable[[float], object]
+    ) -> None:
+        self.frames, self.config, self.n_threads, self.on_share = frames, config, n_threads, on_share
+        self.classes = ClassTable.of(frames.labels, config.mode)
+
+    @cached_property
+    def training(self) -> TrainingSet:
+        """Pixels of all frames."""
+        return _gathered(self.frames, self.config, lambda n: self.on_share(_GATHER_SHARE * n / len(self.frames)))
+
+    @cached_property
+    def wanted(self) -> NDArray[np.uint8]:
+        """(n_samples,) uint8, their classes."""
+        return self.classes.of_label(self.frames.labels)[self.training.samples.label]
+
+    def leaves_of(self, grown: GrownTree, tree: int) -> PackedLeaves:
+        """What the leaves of a tree learn from its samples."""
+        config, training = self.config, self.training
+        rules = LeafRules(
+            self.classes.n_classes,
+            self.classes.n_parts,
+            config.leaf_bandwidth_m,
+            config.n_leaf_votes,
+            config.seed,
+            tree,
+        )
+        facing = facings_of(training.joints, self.frames.labels.joints) if config.learn_skeleton else None
+        return pack_leaves(leaf_table(training, self.wanted, grown, rules, self.n_threads, facing=facing))
+
+
+def _trees(learner: _Learner, checkpoint: TreeStore[ForestTree] | None) -> Iterator[ForestTree]:
+    n_trees = learner.config.n_trees
+    per_tree = (1.0 - _GATHER_SHARE - _TUNE_SHARE) / n_trees
+    for tree in range(n_trees):
+
+        def show(done: float, begun: float = _GATHER_SHARE + per_tree * tree) -> None:
+            learner.on_share(begun + per_tree * done)
+
+        kept = checkpoint.load(tree) if checkpoint else None
+        grown = kept or _train_tree(learner, tree, show)
+        if checkpoint and kept is None:
+            checkpoint.save(tree, grown)
+        yield grown
+
+
+def _learned_skeleton(model: OARFModel, learner: _Learner, validation: FrameSequence | None) -> SkeletonModel:
+    samples, crops = learner.training.samples, learner.training.crops
+    leaves = [leaves_of_samples(crops, samples, tree.nodes, tree.leaves.n_leaves) for tree in model.trees]
+
+    def train_apart(others: FrameSubset, _: int) -> Answering:
+        is_kept = np.zeros(len(learner.frames), np.bool_)
+        is_kept[list(others.indices)] = True
+        trees = []
+        for number, (tree, leaf) in enumerate(zip(model.trees, leaves, strict=True)):
+            grown = regrouped(tree.nodes, tree.leaves.n_leaves, leaf, is_kept[samples.frame])
+            trees.append(ForestTree(tree.nodes, learner.leaves_of(grown, number)))
+        return partial(_answers, replace(model, trees=tuple(trees)))
+
+    answers = partial(_answers, model)
+    reads_headings = Predictor(model).reads_headings
+    names, seed = model.labels.joints, model.config.seed
+    return learn_from_frames(names, learner.frames, validation, train_apart, answers, reads_headings, N_WAYS, seed)
+
+
+def _answers(model: OARFModel, frames: FrameSequence, view: View) -> tuple[Answers, Truth]:
+    predictor = Predictor(model)
+
+    def ask(frame: DepthFrame, heading: float) -> JointEstimate:
+        return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES, heading=heading)
+
+    return answers_of(ask, frames, view)
 
 
 def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[int], object]) -> TrainingSet:
@@ -154,16 +171,8 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
     return training
 
 
-def _train_tree(
-    training: TrainingSet,
-    wanted: NDArray[np.uint8],
-    classes: ClassTable,
-    config: OARFConfig,
-    tree: int,
-    n_threads: int,
-    on_share: Callable[[float], object],
-) -> ForestTree:
-    n_samples = len(wanted)
+def _train_tree(learner: _Learner, tree: int, on_share: Callable[[float], object]) -> ForestTree:
+    config, n_samples = learner.config, len(learner.wanted)
     n_settled = 0
 
     def settle(n: int) -> None:
@@ -172,19 +181,16 @@ def _train_tree(
         on_share(_GROW_SHARE * n_settled / n_samples)
 
     grown = grow_class_tree(
-        training.crops,
-        training.samples,
-        wanted,
-        classes.n_classes,
+        learner.training.crops,
+        learner.training.samples,
+        learner.wanted,
+        learner.classes.n_classes,
         config.growth,
         config.seed,
         tree,
-        n_threads,
+        learner.n_threads,
         settle,
     )
-    rules = LeafRules(
-        classes.n_classes, classes.n_parts, config.leaf_bandwidth_m, config.n_leaf_votes, config.seed, tree
-    )
-    leaves = leaf_table(training, wanted, grown, rules, n_threads)
+    leaves = learner.leaves_of(grown, tree)
     on_share(1.0)
-    return ForestTree(grown.nodes, pack_leaves(leaves))
+    return ForestTree(grown.nodes, leaves)

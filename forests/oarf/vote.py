@@ -8,11 +8,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from forests.crops import NOTHING
-from forests.oarf.packed import WEIGHT_ONE, PackedLeaves, check_leaves
+from forests.oarf.packed import FACING_ONE, WEIGHT_ONE, PackedLeaves, check_leaves
 
 AHEAD = 32
 """Pixels whose entries are read ahead of their use, so that the misses of many are waited for at once."""
 ENTRIES_PER_LINE = 6
+LEAST_AGREEMENT = 0.05
+"""A vote learned from people who faced another way keeps this share of its weight."""
 
 
 class VoteTable(NamedTuple):
@@ -23,6 +25,7 @@ class VoteTable(NamedTuple):
     Attributes:
         start: (n_leaves + 1,) int64: the entries of leaf l are entries[start[l]:start[l + 1]].
         entries: (n_entries, 5) int16: offset x, y, z [mm], weight (WEIGHT_ONE = 1), stream.
+        facing: (n_entries, 2) int8: cosine and sine of headings (FACING_ONE = 1); (0, 2) = not learned.
         n_streams: Number of streams.
         n_layers: Layers of the leaf tables.
         most_per_leaf: Most entries of one stream in a leaf.
@@ -30,6 +33,7 @@ class VoteTable(NamedTuple):
 
     start: NDArray[np.int64]
     entries: NDArray[np.int16]
+    facing: NDArray[np.int8]
     n_streams: int
     n_layers: int
     most_per_leaf: int
@@ -62,19 +66,23 @@ def vote_table(leaves: Sequence[PackedLeaves], max_offset_m: NDArray[np.float32]
         check_leaves(table)
     start = np.zeros(sum(table.n_leaves for table in leaves) + 1, np.int64)
     entries = np.empty((sum(len(table.weight) for table in leaves), 5), np.int16)
+    has_facing = all(len(table.facing) for table in leaves)
+    facing = np.empty((len(entries) if has_facing else 0, 2), np.int8)
     limits = np.asarray(max_offset_m, np.float32)
     leaf = 0
     for table in leaves:
         own = start[leaf : leaf + table.n_leaves + 1]
-        _fill_entries(table.has_vote, table.vote, table.weight, n_layers, n_leaf_votes, limits, own, entries)
+        _fill_entries(
+            table.has_vote, table.vote, table.weight, table.facing, n_layers, n_leaf_votes, limits, own, entries, facing
+        )  # fmt: skip
         leaf += table.n_leaves
-    return VoteTable(start, entries[: start[-1]], n_joints * n_layers, n_layers, n_leaf_votes)
+    return VoteTable(start, entries[: start[-1]], facing[: start[-1]], n_joints * n_layers, n_layers, n_leaf_votes)
 
 
 @njit(cache=True, nogil=True)
 def _fill_entries(
-    bits: np.ndarray, vote: np.ndarray, weight: np.ndarray, n_layers: int, n_leaf_votes: int,
-    limits: np.ndarray, start: np.ndarray, entries: np.ndarray,
+    bits: np.ndarray, vote: np.ndarray, weight: np.ndarray, faced: np.ndarray, n_layers: int, n_leaf_votes: int,
+    limits: np.ndarray, start: np.ndarray, entries: np.ndarray, facing: np.ndarray,
 ) -> None:  # fmt: skip
     """Appends the votes of one tree's leaves that are short enough.
 
@@ -82,11 +90,13 @@ def _fill_entries(
         bits: Of the packed table, (n_leaves, n_layers, n_joints, n_leaf_votes) bits.
         vote: (n_set, 3) int16 [mm].
         weight: (n_set,) int16.
+        faced: (n_set, 2) int8; not read where `facing` is empty.
         n_layers: Layers of the table.
         n_leaf_votes: Votes of a joint in a leaf and layer, at most.
         limits: (n_joints,) float32, lambda_j [m].
         start: (n_leaves + 1,) int64 to fill but for the first, which says where to begin.
         entries: Of the vote table.
+        facing: Of the vote table.
     """
     place, k, n = 0, 0, start[0]
     for leaf in range(len(start) - 1):
@@ -106,6 +116,8 @@ def _fill_entries(
                     if weight[k] > 0 and np.sqrt(fx * fx + fy * fy + fz * fz) <= limits[joint]:
                         entries[n, 0], entries[n, 1], entries[n, 2] = x, y, z
                         entries[n, 3], entries[n, 4] = weight[k], joint * n_layers + layer
+                        if len(facing) > 0:
+                            facing[n, 0], facing[n, 1] = faced[k, 0], faced[k, 1]
                         n += 1
                     k += 1
         start[leaf + 1] = n
@@ -117,20 +129,29 @@ def shortened(table: VoteTable, max_offset_m: float) -> VoteTable:
     is_kept = np.sqrt(np.einsum("ij,ij->i", mm, mm)) <= 1000.0 * max_offset_m
     n_kept = np.zeros(len(is_kept) + 1, np.int64)
     np.cumsum(is_kept, out=n_kept[1:])
-    return table._replace(start=n_kept[table.start], entries=table.entries[is_kept])
+    facing = table.facing[is_kept] if len(table.facing) else table.facing
+    return table._replace(start=n_kept[table.start], entries=table.entries[is_kept], facing=facing)
 
 
-def cast(table: VoteTable, leaves: NDArray[np.int32], points: NDArray[np.float32]) -> Votes:
+def cast(
+    table: VoteTable,
+    leaves: NDArray[np.int32],
+    points: NDArray[np.float32],
+    facing: NDArray[np.float32] | None = None,
+) -> Votes:
     """The votes of pixels that have reached their leaves.
 
     Args:
         table: Votes of the leaves.
         leaves: (n_trees, n) int32, numbered through all trees.
         points: (n, 3) float32, the pixels in the camera frame [m].
+        facing: (2,) float32, cosine and sine of the person's heading; None or zeros = not known.
     """
+    is_told = facing is not None and bool(np.any(facing)) and len(table.facing) > 0
+    toward = facing if facing is not None and is_told else np.empty(0, np.float32)
     votes = np.empty((table.n_streams, leaves.size * table.most_per_leaf, 4), np.float32)
     count = np.zeros(table.n_streams, np.int64)
-    cast_votes(leaves, points, table.start, table.entries, votes, count)
+    cast_votes(leaves, points, table.start, table.entries, table.facing, toward, votes, count)
     return Votes(votes, count)
 
 
@@ -188,16 +209,22 @@ def _count(pixels: np.ndarray, width: int, left: int, top: int, right: int, bott
 
 @njit(cache=True, nogil=True)
 def cast_votes(
-    leaves: np.ndarray, points: np.ndarray, start: np.ndarray, entries: np.ndarray, votes: np.ndarray,
-    count: np.ndarray,
+    leaves: np.ndarray, points: np.ndarray, start: np.ndarray, entries: np.ndarray, facing: np.ndarray,
+    toward: np.ndarray, votes: np.ndarray, count: np.ndarray,
 ) -> int:  # fmt: skip
     """Lets every pixel cast its leaves' votes: x = q + V with weight w * D(q)^2.
+
+    Where the person's heading h is known, the weight is that of the vote given the heading (a conditional regression
+    forest, Sun, Kohli and Shotton 2012): times 1 + 2 m . (cos h, sin h), the density of headings with the mean m
+    up to its first harmonic, over that of a uniform one, but not below LEAST_AGREEMENT.
 
     Args:
         leaves: (n_trees, n) int32, numbered through all trees.
         points: (n, 3) float32, the pixels in the camera frame [m].
         start: Of the vote table.
         entries: Of the vote table.
+        facing: Of the vote table.
+        toward: (2,) float32, cosine and sine of the heading; empty = not known.
         votes: (n_streams, capacity, 4) float32 to fill.
         count: (n_streams,) int64, zeros on entry.
 
@@ -205,6 +232,11 @@ def cast_votes(
         Nothing of meaning: what reading ahead has summed up.
     """
     metres, unit = np.float32(1e-3), np.float32(1.0 / WEIGHT_ONE)
+    one, least = np.float32(1.0), np.float32(LEAST_AGREEMENT)
+    is_told = len(toward) > 0
+    cos, sin = np.float32(0.0), np.float32(0.0)
+    if is_told:
+        cos, sin = toward[0] * np.float32(2.0 / FACING_ONE), toward[1] * np.float32(2.0 / FACING_ONE)
     touched = 0
     for i in range(len(points)):
         if i % AHEAD == 0:
@@ -219,7 +251,10 @@ def cast_votes(
                 votes[stream, k, 0] = x + metres * np.float32(entries[e, 0])
                 votes[stream, k, 1] = y + metres * np.float32(entries[e, 1])
                 votes[stream, k, 2] = z + metres * np.float32(entries[e, 2])
-                votes[stream, k, 3] = area * np.float32(entries[e, 3])
+                weight = area * np.float32(entries[e, 3])
+                if is_told:
+                    weight *= max(one + cos * np.float32(facing[e, 0]) + sin * np.float32(facing[e, 1]), least)
+                votes[stream, k, 3] = weight
                 count[stream] = k + 1
     return touched
 

@@ -23,7 +23,7 @@ from forests.rwf.start import start_point
 from forests.rwf.tune import tune
 from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
-from forests.skeleton.answers import Answers, Truth, answers_of
+from forests.skeleton.answers import Answers, Truth, View, answers_of
 from forests.skeleton.folds import FOLD_SEED, LEAST_FRAMES, N_FOLDS, Answering, ShiftedStore
 from forests.skeleton.kinematics import parents_first, parents_of
 from forests.skeleton.learn import learn_from_frames
@@ -95,22 +95,22 @@ def train(
         return partial(_answers, replace(part, config=drawn, plan=model.plan, within_weights=model.within_weights))
 
     ask = partial(_answers, model)
-    skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, config.seed)
+    skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, False, 1, config.seed)
     on_progress(1.0)
     return replace(model, skeleton=skeleton)
 
 
-def _answers(model: RWFModel, frames: FrameSequence, is_cut: bool) -> tuple[Answers, Truth]:
+def _answers(model: RWFModel, frames: FrameSequence, view: View) -> tuple[Answers, Truth]:
     """What a forest answers that is told the box of a perfect detector."""
     walker = Predictor(model)
     names = frames.labels.joints
     inside = chosen_joints(names, model.config.box_joints)
 
-    def ask(frame: DepthFrame) -> JointEstimate:
+    def ask(frame: DepthFrame, _: float) -> JointEstimate:
         box = upper_body_box(frame.joints[inside], frame.camera)
         return walker.predict_joints(frame.depth, frame.camera, box)
 
-    return answers_of(ask, frames, chosen_joints(names, model.joints), is_cut)
+    return answers_of(ask, frames, view, chosen_joints(names, model.joints))
 
 
 def train_forest(

@@ -1,5 +1,6 @@
 """What a forest answered on many frames, beside what is true there: what skeletons are learned from."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, FrameSequence, Pinhole, is_known
+from forests.skeleton.heading import facing_towards
 
 N_CANDIDATES = 6
 """Proposals of a joint that decoding chooses from."""
@@ -29,6 +31,7 @@ class Answers(NamedTuple):
         hidden: (n, n_joints) float32, probability that an object hides the joint; NaN = not told.
         spread: (n, n_joints) float32 [m]; NaN = not told.
         edges: (n, 4) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
+        facing: (n, 2) float32, cosine and sine of the heading that votes were weighed by; zeros = of none.
     """
 
     proposals: NDArray[np.float32]
@@ -37,6 +40,7 @@ class Answers(NamedTuple):
     hidden: NDArray[np.float32]
     spread: NDArray[np.float32]
     edges: NDArray[np.float32]
+    facing: NDArray[np.float32]
 
 
 class Truth(NamedTuple):
@@ -51,6 +55,18 @@ class Truth(NamedTuple):
     is_hidden: NDArray[np.bool_]
 
 
+class View(NamedTuple):
+    """How frames are shown to a forest.
+
+    Attributes:
+        is_cut: Whether the images end somewhere on the person.
+        headings: (n,) float32, headings that the forest is told [rad], NaN = none; None = none in any frame.
+    """
+
+    is_cut: bool = False
+    headings: NDArray[np.float32] | None = None
+
+
 def edges_of(shape: tuple[int, ...], camera: Pinhole) -> NDArray[np.float32]:
     """(4,) float32: the left, top, right and bottom edge of an image of (height, width) as x / z and y / z."""
     height, width = shape
@@ -60,29 +76,30 @@ def edges_of(shape: tuple[int, ...], camera: Pinhole) -> NDArray[np.float32]:
 
 
 def answers_of(
-    ask: Callable[[DepthFrame], JointEstimate],
+    ask: Callable[[DepthFrame, float], JointEstimate],
     frames: FrameSequence,
+    view: View,
     places: NDArray[np.int32] | None = None,
-    is_cut: bool = False,
 ) -> tuple[Answers, Truth]:
     """Asks a forest about frames.
 
     Args:
-        ask: The forest's joints of a frame.
+        ask: The forest's joints of a frame, given a heading [rad], NaN = of none.
         frames: The frames, at least one.
+        view: How they are shown.
         places: Of the joints that the forest answers among those of the frames; None = all.
-        is_cut: Whether the images end somewhere on the person.
     """
     answers, joints, hidden = [], [], []
     for index in range(len(frames)):
         frame = frames[index]
         edges = edges_of(frame.depth.shape, frame.camera)
         own = frame.joints if places is None else frame.joints[places]
-        if is_cut:
+        if view.is_cut:
             frame, edges = cut_frame(frame, own, edges, np.random.default_rng([_CUT_STREAM, index]))
-        said = ask(frame)
+        angle = math.nan if view.headings is None else float(view.headings[index])
+        said = ask(frame, angle)
         told = (said.proposals, said.proposal_confidence, said.probability, said.hidden_probability, said.spread)
-        answers.append((*told, edges))
+        answers.append((*told, edges, facing_towards(angle)))
         joints.append(own)
         hidden.append(frame.is_occluded if places is None else frame.is_occluded[places])
     stacked = (np.stack(column).astype(np.float32) for column in zip(*answers, strict=True))

@@ -9,12 +9,57 @@ from numba import njit
 from forests.estimate import JointEstimate
 from forests.skeleton.answers import Answers, edges_of
 from forests.skeleton.frame import decode_frame
+from forests.skeleton.heading import N_SECTORS, Heading, facing_towards, hypotheses_of
 from forests.skeleton.model import OUTCOMES, Rules, SkeletonModel
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
+from forests.skeleton.proposal import propose
 
 LEAST_CONFIDENCE = 1e-6
 """Of a joint that is somewhere."""
+LEAST_PROBABILITY = 0.5
+"""A heading that is less probable than this is not known."""
+
+
+def headings_of(model: SkeletonModel, estimate: JointEstimate, shape: tuple[int, ...]) -> tuple[Heading, Heading]:
+    """The two likeliest headings by the proposals of all joints; NaN if the model has no network, or nobody is seen.
+
+    Args:
+        model: What is known of skeletons.
+        estimate: The forest's answer, joint by joint.
+        shape: (height, width) of the image.
+    """
+    angle, probability = np.full(2, np.nan, np.float32), np.zeros(2, np.float32)
+    look(_answers(estimate, shape), model.prior, model.trunk, model.network, angle, probability)
+    first, second = (Heading(float(a), float(p)) for a, p in zip(angle, probability, strict=True))
+    return first, second
+
+
+def _answers(estimate: JointEstimate, shape: tuple[int, ...]) -> Answers:
+    return Answers(
+        estimate.proposals[None],
+        estimate.proposal_confidence[None],
+        estimate.probability[None],
+        estimate.hidden_probability[None],
+        estimate.spread[None],
+        edges_of(shape, estimate.camera)[None],
+        facing_towards(estimate.heading)[None],
+    )
+
+
+@njit(cache=True, nogil=True)
+def look(
+    answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, angle: np.ndarray,
+    probability: np.ndarray,
+) -> None:  # fmt: skip
+    """Fills in the two likeliest headings (2,) [rad] of the only frame, and their probabilities (2,)."""
+    if len(network.b1) == 0:
+        return
+    n_joints = len(prior.parent)
+    places, scale = np.empty((n_joints, 3), np.float32), np.empty(n_joints, np.float32)
+    sectors = np.empty(N_SECTORS, np.float32)
+    if propose(network, answers, 0, prior.mirror, trunk, places, scale, sectors) > 0:
+        hypotheses_of(sectors, angle, probability)
 
 
 def decoded(
@@ -24,6 +69,7 @@ def decoded(
 
     The skeleton's joints are the first proposals, with their probability of being within 10 cm as confidence; the
     other proposals share what is left of it. A forest whose joints have no probabilities keeps its confidences.
+    A heading that votes were weighed by stays the estimate's; else it is what the network says, if that is sure.
 
     Args:
         model: What is known of skeletons.
@@ -32,21 +78,18 @@ def decoded(
         n_proposals: Proposals given per joint.
     """
     n_joints = len(estimate.spread)
-    answers = Answers(
-        estimate.proposals[None],
-        estimate.proposal_confidence[None],
-        estimate.probability[None],
-        estimate.hidden_probability[None],
-        estimate.spread[None],
-        edges_of(shape, estimate.camera)[None],
-    )
+    answers = _answers(estimate, shape)
     proposals = np.full((n_joints, n_proposals, 3), np.nan, np.float32)
     confidence = np.zeros((n_joints, n_proposals), np.float32)
     probability = np.empty((len(OUTCOMES), n_joints), np.float32)
+    angle, sureness = np.full(2, np.nan, np.float32), np.zeros(2, np.float32)
     answer_frame(
         answers, model.prior, model.trunk, model.network, model.rules, model.weights, proposals, confidence,
-        probability,
+        probability, angle, sureness,
     )  # fmt: skip
+    heading, heading_probability = estimate.heading, estimate.heading_probability
+    if math.isnan(heading) and sureness[0] >= LEAST_PROBABILITY:
+        heading, heading_probability = float(angle[0]), float(sureness[0])
     within, hidden, outside = probability
     return replace(
         estimate,
@@ -55,13 +98,16 @@ def decoded(
         probability=within,
         hidden_probability=hidden,
         outside_probability=outside,
+        heading=heading,
+        heading_probability=heading_probability,
     )
 
 
 @njit(cache=True, nogil=True)
 def answer_frame(
     answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, weights: np.ndarray,
-    proposals: np.ndarray, confidence: np.ndarray, probability: np.ndarray,
+    proposals: np.ndarray, confidence: np.ndarray, probability: np.ndarray, angle: np.ndarray,
+    sureness: np.ndarray,
 ) -> None:  # fmt: skip
     """Decodes the only frame of `answers`: one call, since taking so many arrays apart costs more than decoding.
 
@@ -75,11 +121,16 @@ def answer_frame(
         proposals: (n_joints, n_proposals, 3) float32, NaN, to fill.
         confidence: (n_joints, n_proposals) float32, zeros, to fill.
         probability: (n_outcomes, n_joints) float32 to fill; the forest's own where there are no weights.
+        angle: (2,) float32 to fill where there is a network: the two likeliest headings [rad].
+        sureness: (2,) float32 to fill likewise: their probabilities.
     """
     n_outcomes, n_joints, n_terms = weights.shape
     joints, choice = np.empty((n_joints, 3), np.float32), np.empty(n_joints, np.int64)
     terms = np.empty((n_joints, n_terms), np.float64)
-    decode_frame(answers, 0, prior, trunk, network, rules, joints, choice, terms)
+    sectors = np.empty(N_SECTORS, np.float32)
+    decode_frame(answers, 0, prior, trunk, network, rules, joints, choice, terms, sectors)
+    if len(network.b1) > 0:
+        hypotheses_of(sectors, angle, sureness)
     for joint in range(n_joints):
         for k in range(n_outcomes):
             logit = 0.0

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 N_MODES = 4
 """Proposals of a joint that are read."""
 N_OF_JOINT = 4 * N_MODES + 4
-N_OF_IMAGE = 7
+N_OF_IMAGE = 9
 TRUNK = ("head", "neck", "torso", "r_shoulder", "l_shoulder", "r_hip", "l_hip")
 """Joints whose middle all others are seen from."""
 REACH_M = 1.5
@@ -59,7 +59,7 @@ def middle_of(proposals: np.ndarray, trunk: np.ndarray, middle: np.ndarray) -> i
 @njit(cache=True, nogil=True)
 def write_features(
     proposals: np.ndarray, confidence: np.ndarray, within: np.ndarray, hidden: np.ndarray, spread: np.ndarray,
-    edges: np.ndarray, middle: np.ndarray, out: np.ndarray,
+    edges: np.ndarray, facing: np.ndarray, middle: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Fills in the features of one image.
 
@@ -70,6 +70,7 @@ def write_features(
         hidden: (n_joints,) float32, probability that an object hides the joint; NaN = not told.
         spread: (n_joints,) float32 [m]; NaN = not told.
         edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
+        facing: (2,) float32, cosine and sine of the heading that votes were weighed by; zeros = of none.
         middle: (3,) float32, where the person is [m].
         out: (n_joints * N_OF_JOINT + N_OF_IMAGE,) float32 to fill.
     """
@@ -102,3 +103,4 @@ def write_features(
     for k in range(4):
         gap = edges[k] * z - middle[k % 2]
         out[at + 3 + k] = min(max(gap, np.float32(-REACH_M)), np.float32(REACH_M))
+    out[at + 7], out[at + 8] = facing[0], facing[1]

@@ -7,6 +7,7 @@ from numba import njit
 
 from forests.skeleton.answers import N_CANDIDATES, Answers
 from forests.skeleton.decode import MISSING, choose_candidates, limit_limbs
+from forests.skeleton.heading import N_SECTORS
 from forests.skeleton.model import Rules
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
@@ -25,7 +26,7 @@ _LOGIT_MOST = 5.0
 @njit(cache=True, nogil=True)
 def decode_frame(
     answers: Answers, at: int, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules,
-    joints: np.ndarray, choice: np.ndarray, terms: np.ndarray,
+    joints: np.ndarray, choice: np.ndarray, terms: np.ndarray, sectors: np.ndarray,
 ) -> None:  # fmt: skip
     """Makes one skeleton of a forest's proposals.
 
@@ -39,12 +40,14 @@ def decode_frame(
         joints: (n_joints, 3) float32 to fill, camera frame [m]; NaN = nowhere.
         choice: (n_joints,) int64 to fill: the proposal that was taken, -1 = what the network proposed or nothing.
         terms: (n_joints, n_terms) float64 to fill, see `forests.skeleton.model.TERMS`.
+        sectors: (N_SECTORS,) float32 to fill: probabilities of headings, alike if there is no network.
     """
+    sectors[:] = np.float32(1.0 / N_SECTORS)
     n_joints = len(prior.parent)
     n_modes = min(N_CANDIDATES, answers.proposals.shape[2])
     places, scale = np.full((n_joints, 3), np.nan, np.float32), np.full(n_joints, 0.1, np.float32)
     if len(network.b1) > 0:
-        propose(network, answers, at, prior.mirror, trunk, places, scale)
+        propose(network, answers, at, prior.mirror, trunk, places, scale, sectors)
     candidates = np.full((n_joints, n_modes + 1, 3), np.nan, np.float32)
     score = np.full((n_joints, n_modes + 1), MISSING, np.float64)
     candidates[:, :n_modes] = answers.proposals[at, :, :n_modes]

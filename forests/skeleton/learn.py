@@ -9,11 +9,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from forests.calibration import WITHIN_M, fit_logistic
-from forests.frames import FrameSequence, is_known
-from forests.skeleton.answers import Answers, Truth, joined
+from forests.frames import FrameSequence, FrameSubset, is_known
+from forests.skeleton.answers import Answers, Truth, View, joined
+from forests.skeleton.decoded import look
 from forests.skeleton.features import trunk_of
 from forests.skeleton.folds import Answering, answers_across
 from forests.skeleton.frame import decode_frame
+from forests.skeleton.heading import N_SECTORS, facings_of
 from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network, no_network
 from forests.skeleton.prior import BodyPrior, measure_bodies
@@ -30,8 +32,10 @@ def learn_from_frames(
     names: tuple[str, ...],
     frames: FrameSequence,
     validation: FrameSequence | None,
-    train_apart: Callable[[FrameSequence, int], Answering | None],
+    train_apart: Callable[[FrameSubset, int], Answering | None],
     answers: Answering,
+    reads_headings: bool,
+    n_ways: int,
     seed: int,
 ) -> SkeletonModel:
     """Learns what makes skeletons of a forest's proposals.
@@ -41,46 +45,58 @@ def learn_from_frames(
         frames: Its training frames.
         validation: Frames that are new to it; None = rules and probabilities are not learned.
         train_apart: Trains on a part of the frames, see `forests.skeleton.folds.answers_across`.
-        answers: The forest's own answers on frames, which it sees whole or cut.
+        answers: The forest's own answers on frames.
+        reads_headings: Whether its votes are weighed by headings.
+        n_ways: In how many ways the training frames are halved, 1 or 2.
         seed: Of the network.
     """
-    across = answers_across(frames, train_apart)
+    across = answers_across(frames, train_apart, reads_headings, n_ways)
     places = [frames.labels.joints.index(name) for name in names]
     bodies = across[1].joints if across else np.stack([frames[k].joints[places] for k in range(len(frames))])
-    whole, cut = None, None
-    if validation is not None and len(validation):
-        whole, cut = answers(validation, False), answers(validation, True)
-    return learn_skeleton(names, bodies, across, whole, cut, seed)
+    model = learn_proposals(names, bodies, across, seed)
+    if validation is None or not len(validation):
+        return model
+    shown = [answers(validation, View(is_cut)) for is_cut in (False, True)]
+    if across and reads_headings:
+        headings = [headings_of_all(model, first) for first, _ in shown]
+        shown = [answers(validation, View(is_cut, headings[is_cut])) for is_cut in (False, True)]
+    return settled(model, *shown)
 
 
-def learn_skeleton(
+def learn_proposals(
     names: tuple[str, ...],
     bodies: NDArray[np.float32],
     training: tuple[Answers, Truth] | None,
-    validation: tuple[Answers, Truth] | None,
-    cut: tuple[Answers, Truth] | None,
     seed: int,
 ) -> SkeletonModel:
-    """Learns bodies, proposals, rules and probabilities, as far as there are frames for each.
+    """Learns bodies and, if there are answers to learn from, proposals.
 
     Args:
         names: Of the joints.
         bodies: (n, n_joints, 3) float32, joints of training frames [m]; NaN = unknown.
         training: Answers and truths that the network learns from; None = no network.
-        validation: Answers and truths that rules are chosen and probabilities fitted on; None = neither is.
-        cut: The same of images that end on the person, for the probability of being outside.
         seed: Of the network.
     """
     prior, trunk = measure_bodies(bodies, names), trunk_of(names)
     network, rules = no_network(), MODES_ALONE
     if training is not None:
-        network = train_proposal(training[0], training[1].joints, prior.mirror, trunk, seed)
+        answers, truth = training
+        facings = facings_of(truth.joints, names)
+        network = train_proposal(answers, truth.joints, facings, prior.mirror, trunk, seed)
         rules = BESIDE_NETWORK
     nothing = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
-    model = SkeletonModel(prior, trunk, network, rules, nothing)
-    if validation is None or cut is None:
-        return model
-    if training is not None:
+    return SkeletonModel(prior, trunk, network, rules, nothing)
+
+
+def settled(model: SkeletonModel, validation: tuple[Answers, Truth], cut: tuple[Answers, Truth]) -> SkeletonModel:
+    """Chooses the rules and fits the probabilities.
+
+    Args:
+        model: Bodies and proposals.
+        validation: Answers and truths of frames that are new to the forest and to the network.
+        cut: The same of images that end on the person, for the probability of being outside.
+    """
+    if len(model.network.b1):
         model = replace(model, rules=_best_rules(model, *validation))
     within, hidden, _ = _calibrated(model, *validation)
     _, _, outside = _calibrated(model, *joined([validation, cut]))
@@ -94,17 +110,27 @@ def decode_all(
     n, n_joints = answers.within.shape
     joints, choice = np.empty((n, n_joints, 3), np.float32), np.empty((n, n_joints), np.int64)
     terms = np.empty((n, n_joints, len(TERMS)), np.float64)
-    _decode_frames(answers, model.prior, model.trunk, model.network, model.rules, joints, choice, terms)
+    sectors = np.empty((n, N_SECTORS), np.float32)
+    _decode_frames(answers, model.prior, model.trunk, model.network, model.rules, joints, choice, terms, sectors)
     return joints, choice, terms
+
+
+def headings_of_all(model: SkeletonModel, answers: Answers) -> NDArray[np.float32]:
+    """(n,) float32: the likeliest heading of every frame [rad]; NaN where nobody is seen."""
+    angle, probability = np.full((2, len(answers.within), 2), np.nan, np.float32)
+    for k in range(len(angle)):
+        one = Answers(*(values[k : k + 1] for values in answers))
+        look(one, model.prior, model.trunk, model.network, angle[k], probability[k])
+    return np.asarray(angle[:, 0])
 
 
 @njit(cache=True, nogil=True)
 def _decode_frames(
     answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, joints: np.ndarray,
-    choice: np.ndarray, terms: np.ndarray,
+    choice: np.ndarray, terms: np.ndarray, sectors: np.ndarray,
 ) -> None:  # fmt: skip
     for i in range(len(joints)):
-        decode_frame(answers, i, prior, trunk, network, rules, joints[i], choice[i], terms[i])
+        decode_frame(answers, i, prior, trunk, network, rules, joints[i], choice[i], terms[i], sectors[i])
 
 
 def _best_rules(model: SkeletonModel, answers: Answers, truth: Truth) -> Rules:

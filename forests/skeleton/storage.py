@@ -10,6 +10,7 @@ from forests.skeleton.kinematics import mirrored_joints, parents_first, parents_
 from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
+from forests.skeleton.proposal import n_outputs
 from storage.digested import Contents
 
 _PREFIX = "skeleton."
@@ -78,7 +79,7 @@ def without_skeleton(contents: Contents) -> Contents:
 
 def _network(take, n_joints: int) -> Network:  # type: ignore[no-untyped-def]
     n_hidden = len(take("network.b1", None))
-    n_in, n_out = (n_features(n_joints), 4 * n_joints) if n_hidden else (0, 0)
+    n_in, n_out = (n_features(n_joints), n_outputs(n_joints)) if n_hidden else (0, 0)
     shapes = ((n_in, n_hidden), (n_hidden,), (n_hidden, n_hidden), (n_hidden,), (n_hidden, n_out), (n_out,))
     named = zip(Network._fields, shapes, strict=True)
     network = Network(*(take(f"network.{name}", *shape) for name, shape in named))

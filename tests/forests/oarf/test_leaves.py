@@ -7,7 +7,7 @@ import pytest
 
 from forests.crops import Crops
 from forests.growing import GrownTree
-from forests.oarf.leaves import LeafRules, leaf_table
+from forests.oarf.leaves import LeafRules, leaf_table, regrouped
 from forests.samples import Samples, TrainingSet
 from forests.tree import NODE_DTYPE
 from tests import reference_forests_modes as twin
@@ -149,12 +149,55 @@ def test_a_leaf_without_samples_knows_nothing():
     assert (table.weight[1] == 0).all()
 
 
+def facings() -> np.ndarray:
+    angle = np.random.default_rng(5).uniform(-np.pi, np.pi, N_FRAMES)
+    out = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
+    out[::7] = 0.0
+    return out
+
+
+def test_votes_know_which_way_the_people_face_who_cast_them():
+    training, classes, grown = world()
+    facing = facings()
+    table = leaf_table(training, classes, grown, RULES, facing=facing)
+    plain = table_of(training, classes, grown)
+    assert plain.facing is None
+    assert np.array_equal(table.vote, plain.vote)
+    for leaf in (3, 5, 6):
+        members = members_of(grown, leaf)
+        offsets, is_occluder = offsets_of(training, members), classes[members] >= N_PARTS
+        for layer, joint, k in np.ndindex(table.weight.shape[1:]):
+            own = offsets[is_occluder == (layer == 1), joint]
+            near = np.exp(-((own - table.vote[leaf, layer, joint, k]) ** 2).sum(axis=1) / B**2)
+            of = facing[training.samples.frame[members][is_occluder == (layer == 1)]]
+            mean = (near @ of) / near.sum() if table.weight[leaf, layer, joint, k] > 0 else np.zeros(2)
+            assert np.allclose(table.facing[leaf, layer, joint, k], mean, atol=1e-4)
+
+
+def test_leaves_learned_anew_from_a_part_are_those_of_a_tree_that_has_only_that_part():
+    training, classes, grown = world()
+    leaf = np.empty(len(classes), np.int32)
+    for number in range(len(SIZES)):
+        leaf[members_of(grown, number)] = number
+    is_kept = training.samples.frame < N_FRAMES // 2
+    part = regrouped(grown.nodes, len(SIZES), leaf, is_kept)
+    for number in range(len(SIZES)):
+        members = members_of(grown, number)
+        assert np.array_equal(members_of(part, number), members[is_kept[members]])
+    table = table_of(training, classes, part)
+    alone = training._replace(samples=Samples(*(values[is_kept] for values in training.samples)))
+    place = np.cumsum(is_kept) - 1
+    again = table_of(alone, classes[is_kept], part._replace(order=place[part.order].astype(np.int32)))
+    for one, two in zip(table[:3], again[:3], strict=True):
+        assert np.array_equal(one, two)
+
+
 def test_any_number_of_threads_gives_the_same_bytes():
     """More leaves than one task has."""
     training, classes, grown = world((3, 9, 1, 30) * 600)
     told: list[int] = []
-    one = table_of(training, classes, grown)
-    two = table_of(training, classes, grown, n_threads=2, on_leaves=told.append)
+    one = leaf_table(training, classes, grown, RULES, facing=facings())
+    two = leaf_table(training, classes, grown, RULES, 2, told.append, facings())
     assert sum(told) == 2400
     assert len(told) > 1
     for a, b in zip(one, two, strict=True):

@@ -1,5 +1,6 @@
 """Joints from votes: where geometry puts them, as a slow twin says, and what becomes of odd images."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from forests.oarf.model import ForestTree, OARFModel
 from forests.oarf.packed import LeafTable, pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import untuned
-from forests.oarf.vote import choose_voters, shortened, vote_table
+from forests.oarf.vote import LEAST_AGREEMENT, cast, choose_voters, shortened, vote_table
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from tests.reference_forests_predict import leaf_of, point_of, votes_of
 
@@ -108,6 +109,39 @@ def test_collected_votes_are_the_twins():
             in_order = [a[np.lexsort(np.round(a[:, 2::-1], 2).T)] for a in (ours, twins)]
             assert np.allclose(np.sort(ours, axis=0), np.sort(twins, axis=0), atol=1.1e-3)
             assert np.isclose(in_order[0][:, 3].sum(), in_order[1][:, 3].sum(), rtol=1e-3)
+
+
+def test_votes_of_people_who_face_another_way_weigh_less():
+    rng = np.random.default_rng(3)
+    tree, depth = random_tree(rng), person(rng)
+    table = tree.leaves.unpacked()
+    facing = rng.uniform(-0.7, 0.7, (*table.weight.shape, 2)).astype(np.float32)
+    told = model_of([tree._replace(leaves=pack_leaves(table._replace(facing=facing)))])
+    predictor, plain = Predictor(told), Predictor(model_of([tree]))
+    assert predictor.reads_headings
+    assert not plain.reads_headings
+    leaves, points = predictor.reach_leaves(depth, CAMERA)
+    toward = np.float32([np.cos(2.0), np.sin(2.0)])
+    votes, count = cast(predictor.table, leaves, points, toward)
+    bare, same_count = cast(predictor.table, leaves, points)
+    assert (count == same_count).all()
+    kept = told.trees[0].leaves.unpacked()
+    seen = 0
+    for joint, layer in itertools.product(range(3), range(2)):
+        rows = []
+        for leaf in leaves[0]:
+            for k in range(2):
+                if kept.weight[leaf, layer, joint, k] > 0:
+                    rows.append(max(1.0 + 2.0 * kept.facing[leaf, layer, joint, k] @ toward, LEAST_AGREEMENT))
+        stream = 2 * joint + layer
+        ratio = votes[stream, : count[stream], 3] / bare[stream, : count[stream], 3]
+        assert np.allclose(ratio, rows, rtol=1e-3)
+        assert np.array_equal(votes[stream, : count[stream], :3], bare[stream, : count[stream], :3])
+        seen += len(rows)
+    assert seen > 500
+    for heading in (np.nan, 2.0):
+        one = plain.predict_joints(depth, CAMERA, heading=heading)
+        assert np.array_equal(one.proposals, plain.predict(depth, CAMERA).proposals)
 
 
 def test_the_lockstep_descent_is_the_single_descent():

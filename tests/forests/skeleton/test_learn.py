@@ -8,7 +8,8 @@ from forests.frames import DepthFrame, Intrinsics, is_known
 from forests.skeleton import proposal
 from forests.skeleton.answers import Answers, Truth, cut_frame, edges_of
 from forests.skeleton.decoded import decoded
-from forests.skeleton.learn import decode_all, is_outside, learn_skeleton
+from forests.skeleton.heading import facings_of
+from forests.skeleton.learn import decode_all, headings_of_all, is_outside, learn_proposals, settled
 from forests.skeleton.proposal import mirrored, mirrored_answers
 from forests.skeleton.storage import pack_skeleton, unpack_skeleton, without_skeleton
 from storage.digested import Contents
@@ -30,7 +31,8 @@ def asked(rng, n):
     spread = np.full_like(within, 0.05)
     edges = np.tile(edges_of(SHAPE, CAMERA), (n, 1))
     hidden = rng.random((n, len(NAMES))) < 0.2
-    told = (proposals, confidence, within, 0.1 + 0.8 * hidden, spread, edges)
+    facing = facings_of(joints, NAMES) * (rng.random(n) < 0.5)[:, None]
+    told = (proposals, confidence, within, 0.1 + 0.8 * hidden, spread, edges, facing)
     return Answers(*(values.astype(np.float32) for values in told)), Truth(joints, hidden)
 
 
@@ -40,14 +42,19 @@ def lessons():
     return [asked(rng, n) for n in (300, 100, 100)]
 
 
+def learn_skeleton(bodies, training, validation):
+    return settled(learn_proposals(NAMES, bodies, training, 0), validation, validation)
+
+
 @pytest.fixture(scope="module")
 def model(lessons):
     few = pytest.MonkeyPatch()
-    few.setattr(proposal, "N_STEPS", 150)
+    few.setattr(proposal, "LEAST_STEPS", 0)
+    few.setattr(proposal, "MOST_STEPS", 200)
     few.setattr(proposal, "N_HIDDEN", 32)
     training, validation, _ = lessons
-    learned = learn_skeleton(NAMES, training[1].joints, training, validation, validation, 0)
-    again = learn_skeleton(NAMES, training[1].joints, training, validation, validation, 0)
+    learned = learn_skeleton(training[1].joints, training, validation)
+    again = learn_skeleton(training[1].joints, training, validation)
     few.undo()
     one, two = pack_skeleton(learned), pack_skeleton(again)
     assert all(np.array_equal(one[name], two[name], equal_nan=True) for name in one)
@@ -62,6 +69,7 @@ def estimate_of(answers, k):
         answers.hidden[k],
         answers.spread[k],
         CAMERA,
+        heading=float(np.arctan2(*answers.facing[k, ::-1])) if answers.facing[k].any() else np.nan,
     )
 
 
@@ -77,7 +85,7 @@ def test_skeletons_find_more_than_first_modes(model, lessons):
 
 def test_without_a_network_modes_are_chosen_by_limbs(lessons):
     training, validation, (answers, truth) = lessons
-    model = learn_skeleton(NAMES, training[1].joints, None, validation, validation, 0)
+    model = learn_skeleton(training[1].joints, None, validation)
     joints, choice, _ = decode_all(model, answers)
     assert found(joints, truth) > found(answers.proposals[:, :, 0], truth)
     assert (choice >= 0).all()
@@ -90,6 +98,17 @@ def test_a_mirrored_frame_gives_the_mirrored_skeleton(model, lessons):
     other, choice_there, _ = decode_all(model, mirrored_answers(answers, mirror))
     np.testing.assert_allclose(mirrored(other, mirror), joints, atol=1e-5)
     assert (choice_there[:, mirror] == choice).all()
+
+
+def test_headings_are_learned_and_those_of_mirrored_frames_are_mirrored(model, lessons):
+    answers, truth = lessons[2]
+    bare = answers._replace(facing=np.zeros_like(answers.facing))
+    headings = headings_of_all(model, bare)
+    true = np.arctan2(*facings_of(truth.joints, NAMES).T[::-1])
+    apart = np.abs((headings - true + np.pi) % (2 * np.pi) - np.pi)
+    assert np.median(apart) < np.radians(30)
+    there = headings_of_all(model, mirrored_answers(bare, model.prior.mirror))
+    np.testing.assert_allclose(np.cos(there + headings), 1.0, atol=1e-5)
 
 
 def test_every_limb_is_as_long_as_one_that_was_seen(model, lessons):
@@ -182,10 +201,10 @@ def test_unknown_joints_are_not_learned_from(lessons):
     (answers, truth), validation, _ = lessons
     joints = truth.joints.copy()
     joints[:, 1] = np.nan
-    model = learn_skeleton(NAMES, joints, None, validation, validation, 0)
+    model = learn_skeleton(joints, None, validation)
     assert model.prior.deviation[1] == np.inf
     lost = (validation[0], Truth(np.full_like(validation[1].joints, np.nan), validation[1].is_hidden))
-    untold = learn_skeleton(NAMES, truth.joints, None, lost, lost, 0)
+    untold = learn_skeleton(truth.joints, None, lost)
     assert np.isnan(untold.weights).all()
     given = decoded(untold, estimate_of(answers, 0), SHAPE, 3)
     np.testing.assert_array_equal(given.probability, answers.within[0])
