@@ -28,6 +28,8 @@ class JointEstimate:
             image's right [rad]; NaN if not estimated.
         heading_probability: That the heading is right to 75 degrees; NaN if not estimated.
         alternative: The skeleton of the second likeliest heading, if it is worth a thought.
+        body_share: Share of the voting pixels that seem to show a person; NaN if the forest does not tell.
+        person_probability: Calibrated, that a person is in the image; NaN if not calibrated.
     """
 
     proposals: NDArray[np.float32]
@@ -40,6 +42,8 @@ class JointEstimate:
     heading: float = math.nan
     heading_probability: float = math.nan
     alternative: "JointEstimate | None" = None
+    body_share: float = math.nan
+    person_probability: float = math.nan
 
     def __post_init__(self) -> None:
         if not len(self.outside_probability):

@@ -77,6 +77,7 @@ class Predictor:
         self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves])
         self._table = vote_table(leaves, model.tuning.max_offset_m)
         self._probability = np.concatenate([table.probabilities() for table in leaves])
+        self._body_probability = self._probability[:, : model.classes.n_parts].sum(axis=1)
         self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
 
     def predict(
@@ -109,7 +110,7 @@ class Predictor:
         if not self.reads_headings:
             return decoded(skeleton, estimate, depth.shape, n_proposals)
         headings = headings_of(skeleton, estimate, depth.shape)
-        answers = []
+        answers: list[JointEstimate] = []
         for heading in headings:
             if heading.probability >= LEAST_THOUGHT or not answers:
                 told = self._estimate(reached, n_candidates, heading.angle)
@@ -146,7 +147,14 @@ class Predictor:
         within[(evidence.confidence[:, 0] == 0) & ~np.isnan(within)] = 0.0
         hidden = logistic(tuning.hidden_weights, values)
         return JointEstimate(
-            proposals, evidence.confidence, within, hidden, evidence.spread, camera, heading=heading
+            proposals,
+            evidence.confidence,
+            within,
+            hidden,
+            evidence.spread,
+            camera,
+            heading=heading,
+            body_share=self._body_share(reached.leaves),
         )
 
     def examine(
@@ -167,6 +175,12 @@ class Predictor:
         image = check_depth(depth)
         voters = self._choose(image, camera, box, n_pixels)
         return _Reached(image, camera, voters, self._descend(voters, camera), _points(voters, camera))
+
+    def _body_share(self, leaves: NDArray[np.int32]) -> float:
+        """Mean probability of body parts at the leaves; NaN without pixels, and where all classes are parts."""
+        if leaves.size == 0 or self.model.classes.n_classes == self.model.classes.n_parts:
+            return math.nan
+        return float(self._body_probability[leaves].mean())
 
     def _examine(
         self, reached: "_Reached", n_proposals: int, heading: float

@@ -32,6 +32,7 @@ class Answers(NamedTuple):
         spread: (n, n_joints) float32 [m]; NaN = not told.
         edges: (n, 4) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
         facing: (n, 2) float32, cosine and sine of the heading that votes were weighed by; zeros = of none.
+        body_share: (n,) float32, share of the voting pixels that seem to show a person; NaN = not told.
     """
 
     proposals: NDArray[np.float32]
@@ -41,6 +42,7 @@ class Answers(NamedTuple):
     spread: NDArray[np.float32]
     edges: NDArray[np.float32]
     facing: NDArray[np.float32]
+    body_share: NDArray[np.float32]
 
 
 class Truth(NamedTuple):
@@ -60,10 +62,12 @@ class View(NamedTuple):
 
     Attributes:
         is_cut: Whether the images end somewhere on the person.
+        is_deserted: Whether the person is taken out, so that only objects are left.
         headings: (n,) float32, headings that the forest is told [rad], NaN = none; None = none in any frame.
     """
 
     is_cut: bool = False
+    is_deserted: bool = False
     headings: NDArray[np.float32] | None = None
 
 
@@ -96,10 +100,12 @@ def answers_of(
         own = frame.joints if places is None else frame.joints[places]
         if view.is_cut:
             frame, edges = cut_frame(frame, own, edges, np.random.default_rng([_CUT_STREAM, index]))
+        if view.is_deserted:
+            frame = replace(frame, depth=frame.depth * (frame.label > frames.labels.n_parts))
         angle = math.nan if view.headings is None else float(view.headings[index])
         said = ask(frame, angle)
         told = (said.proposals, said.proposal_confidence, said.probability, said.hidden_probability, said.spread)
-        answers.append((*told, edges, facing_towards(angle)))
+        answers.append((*told, edges, facing_towards(angle), np.float32(said.body_share)))
         joints.append(own)
         hidden.append(frame.is_occluded if places is None else frame.is_occluded[places])
     stacked = (np.stack(column).astype(np.float32) for column in zip(*answers, strict=True))

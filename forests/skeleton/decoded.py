@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
+from forests.calibration import logistic
 from forests.estimate import JointEstimate
 from forests.skeleton.answers import Answers, edges_of
 from forests.skeleton.frame import decode_frame
 from forests.skeleton.heading import N_SECTORS, Heading, facing_towards, hypotheses_of
-from forests.skeleton.model import OUTCOMES, Rules, SkeletonModel
+from forests.skeleton.model import OUTCOMES, Decoded, Rules, SkeletonModel, room_for
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
 from forests.skeleton.proposal import propose
@@ -44,6 +45,7 @@ def _answers(estimate: JointEstimate, shape: tuple[int, ...]) -> Answers:
         estimate.spread[None],
         edges_of(shape, estimate.camera)[None],
         facing_towards(estimate.heading)[None],
+        np.array([estimate.body_share], np.float32),
     )
 
 
@@ -83,10 +85,12 @@ def decoded(
     confidence = np.zeros((n_joints, n_proposals), np.float32)
     probability = np.empty((len(OUTCOMES), n_joints), np.float32)
     angle, sureness = np.full(2, np.nan, np.float32), np.zeros(2, np.float32)
+    out = room_for(n_joints)
     answer_frame(
-        answers, model.prior, model.trunk, model.network, model.rules, model.weights, proposals, confidence,
+        answers, model.prior, model.trunk, model.network, model.rules, model.weights, out, proposals, confidence,
         probability, angle, sureness,
     )  # fmt: skip
+    person = logistic(model.person_weights[None], out.person[None])[0]
     heading, heading_probability = estimate.heading, estimate.heading_probability
     if math.isnan(heading) and sureness[0] >= LEAST_PROBABILITY:
         heading, heading_probability = float(angle[0]), float(sureness[0])
@@ -100,13 +104,14 @@ def decoded(
         outside_probability=outside,
         heading=heading,
         heading_probability=heading_probability,
+        person_probability=0.0 if np.isnan(out.person[0]) else float(person),
     )
 
 
 @njit(cache=True, nogil=True)
 def answer_frame(
     answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, weights: np.ndarray,
-    proposals: np.ndarray, confidence: np.ndarray, probability: np.ndarray, angle: np.ndarray,
+    out: Decoded, proposals: np.ndarray, confidence: np.ndarray, probability: np.ndarray, angle: np.ndarray,
     sureness: np.ndarray,
 ) -> None:  # fmt: skip
     """Decodes the only frame of `answers`: one call, since taking so many arrays apart costs more than decoding.
@@ -118,6 +123,7 @@ def answer_frame(
         network: Proposes all joints at once.
         rules: How candidates are weighed.
         weights: (n_outcomes, n_joints, n_terms) float32 of the logistic regressions.
+        out: To fill.
         proposals: (n_joints, n_proposals, 3) float32, NaN, to fill.
         confidence: (n_joints, n_proposals) float32, zeros, to fill.
         probability: (n_outcomes, n_joints) float32 to fill; the forest's own where there are no weights.
@@ -125,12 +131,10 @@ def answer_frame(
         sureness: (2,) float32 to fill likewise: their probabilities.
     """
     n_outcomes, n_joints, n_terms = weights.shape
-    joints, choice = np.empty((n_joints, 3), np.float32), np.empty(n_joints, np.int64)
-    terms = np.empty((n_joints, n_terms), np.float64)
-    sectors = np.empty(N_SECTORS, np.float32)
-    decode_frame(answers, 0, prior, trunk, network, rules, joints, choice, terms, sectors)
+    decode_frame(answers, 0, prior, trunk, network, rules, out)
+    joints, choice, terms = out.joints, out.choice, out.terms
     if len(network.b1) > 0:
-        hypotheses_of(sectors, angle, sureness)
+        hypotheses_of(out.sectors, angle, sureness)
     for joint in range(n_joints):
         for k in range(n_outcomes):
             logit = 0.0

@@ -64,7 +64,7 @@ def answers_across(
         parts += [answers(own, View()), answers(own, View(is_cut=True))]
         if reads_headings:
             headings = _rough_headings(parts[-2][1].joints, frames.labels.joints, fold)
-            parts += [answers(own, View(False, headings)), answers(own, View(True, headings))]
+            parts += [answers(own, View(is_cut, headings=headings)) for is_cut in (False, True)]
     return joined(parts)
 
 

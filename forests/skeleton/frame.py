@@ -8,7 +8,7 @@ from numba import njit
 from forests.skeleton.answers import N_CANDIDATES, Answers
 from forests.skeleton.decode import MISSING, choose_candidates, limit_limbs
 from forests.skeleton.heading import N_SECTORS
-from forests.skeleton.model import Rules
+from forests.skeleton.model import Decoded, Rules
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
 from forests.skeleton.proposal import propose
@@ -26,7 +26,7 @@ _LOGIT_MOST = 5.0
 @njit(cache=True, nogil=True)
 def decode_frame(
     answers: Answers, at: int, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules,
-    joints: np.ndarray, choice: np.ndarray, terms: np.ndarray, sectors: np.ndarray,
+    out: Decoded,
 ) -> None:  # fmt: skip
     """Makes one skeleton of a forest's proposals.
 
@@ -37,17 +37,15 @@ def decode_frame(
         trunk: Places of the trunk's joints.
         network: Proposes all joints at once; one without weights proposes none.
         rules: How candidates are weighed.
-        joints: (n_joints, 3) float32 to fill, camera frame [m]; NaN = nowhere.
-        choice: (n_joints,) int64 to fill: the proposal that was taken, -1 = what the network proposed or nothing.
-        terms: (n_joints, n_terms) float64 to fill, see `forests.skeleton.model.TERMS`.
-        sectors: (N_SECTORS,) float32 to fill: probabilities of headings, alike if there is no network.
+        out: Of one frame, to fill.
     """
-    sectors[:] = np.float32(1.0 / N_SECTORS)
+    joints, choice = out.joints, out.choice
+    out.sectors[:] = np.float32(1.0 / N_SECTORS)
     n_joints = len(prior.parent)
     n_modes = min(N_CANDIDATES, answers.proposals.shape[2])
     places, scale = np.full((n_joints, 3), np.nan, np.float32), np.full(n_joints, 0.1, np.float32)
     if len(network.b1) > 0:
-        propose(network, answers, at, prior.mirror, trunk, places, scale, sectors)
+        propose(network, answers, at, prior.mirror, trunk, places, scale, out.sectors)
     candidates = np.full((n_joints, n_modes + 1, 3), np.nan, np.float32)
     score = np.full((n_joints, n_modes + 1), MISSING, np.float64)
     candidates[:, :n_modes] = answers.proposals[at, :, :n_modes]
@@ -68,9 +66,29 @@ def decode_frame(
         confidence = answers.confidence[at, joint]
         is_filled = k == n_modes
         share = FILLED_SHARE if is_filled else _share(confidence, k)
-        _describe(answers, at, joint, joints[joint], places[joint], scale[joint], share, is_filled, terms[joint])
+        _describe(
+            answers, at, joint, joints[joint], places[joint], scale[joint], share, is_filled, out.terms[joint]
+        )
         if is_filled or np.isnan(joints[joint, 0]):
             choice[joint] = -1
+    _describe_person(answers, at, scale, out.person)
+
+
+@njit(cache=True, nogil=True)
+def _describe_person(answers: Answers, at: int, scale: np.ndarray, person: np.ndarray) -> None:
+    """The terms of the probability that a person is in the image: finite, or all NaN if nothing is proposed."""
+    n, within, total, log_scale = 0, 0.0, 0.0, 0.0
+    for joint in range(len(scale)):
+        log_scale += math.log(scale[joint] / 0.1)
+        if not np.isnan(answers.proposals[at, joint, 0, 0]):
+            n += 1
+            within += _logit(answers.within[at, joint])
+            total += answers.confidence[at, joint, 0]
+    body_share = answers.body_share[at]
+    person[0] = 1.0 if n > 0 else np.nan
+    person[1], person[2] = within / max(n, 1), math.log(max(total, 1e-6))
+    person[3] = 0.5 if np.isnan(body_share) else body_share
+    person[4] = log_scale / len(scale)
 
 
 @njit(cache=True, nogil=True)

@@ -55,7 +55,7 @@ def facings_of(joints: NDArray[np.float32], names: tuple[str, ...]) -> NDArray[n
     length = np.linalg.norm(across, axis=1)
     x, z = -across[:, 1], across[:, 0]
     cos, sin = -(x * away[:, 0] + z * away[:, 1]), x * away[:, 1] - z * away[:, 0]
-    is_told = (length > SHORTEST_M * np.maximum(n_known, 1)) & (n_known > 0)
+    is_told: NDArray[np.bool_] = (length > SHORTEST_M * np.maximum(n_known, 1)) & (n_known > 0)
     facing = np.stack([cos, sin], axis=1) / np.maximum(length, 1e-9)[:, None]
     return np.where(is_told[:, None], facing, 0.0).astype(np.float32)
 

@@ -15,8 +15,8 @@ from forests.skeleton.decoded import look
 from forests.skeleton.features import trunk_of
 from forests.skeleton.folds import Answering, answers_across
 from forests.skeleton.frame import decode_frame
-from forests.skeleton.heading import N_SECTORS, facings_of
-from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
+from forests.skeleton.heading import facings_of
+from forests.skeleton.model import OUTCOMES, PERSON_TERMS, TERMS, Decoded, Rules, SkeletonModel, room_for
 from forests.skeleton.network import Network, no_network
 from forests.skeleton.prior import BodyPrior, measure_bodies
 from forests.skeleton.proposal import train_proposal
@@ -56,10 +56,12 @@ def learn_from_frames(
     model = learn_proposals(names, bodies, across, seed)
     if validation is None or not len(validation):
         return model
-    shown = [answers(validation, View(is_cut)) for is_cut in (False, True)]
-    if across and reads_headings:
-        headings = [headings_of_all(model, first) for first, _ in shown]
-        shown = [answers(validation, View(is_cut, headings[is_cut])) for is_cut in (False, True)]
+    shown = []
+    for view in (View(), View(is_cut=True), View(is_deserted=True)):
+        seen = answers(validation, view)
+        if across and reads_headings:
+            seen = answers(validation, view._replace(headings=headings_of_all(model, seen[0])))
+        shown.append(seen)
     return settled(model, *shown)
 
 
@@ -85,34 +87,37 @@ def learn_proposals(
         network = train_proposal(answers, truth.joints, facings, prior.mirror, trunk, seed)
         rules = BESIDE_NETWORK
     nothing = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
-    return SkeletonModel(prior, trunk, network, rules, nothing)
+    return SkeletonModel(prior, trunk, network, rules, nothing, np.full(len(PERSON_TERMS), np.nan, np.float32))
 
 
-def settled(model: SkeletonModel, validation: tuple[Answers, Truth], cut: tuple[Answers, Truth]) -> SkeletonModel:
+def settled(
+    model: SkeletonModel,
+    validation: tuple[Answers, Truth],
+    cut: tuple[Answers, Truth],
+    deserted: tuple[Answers, Truth] | None = None,
+) -> SkeletonModel:
     """Chooses the rules and fits the probabilities.
 
     Args:
         model: Bodies and proposals.
         validation: Answers and truths of frames that are new to the forest and to the network.
         cut: The same of images that end on the person, for the probability of being outside.
+        deserted: The same of images without the person, for the probability that there is one; None = no such.
     """
     if len(model.network.b1):
         model = replace(model, rules=_best_rules(model, *validation))
+    if deserted is not None:
+        model = replace(model, person_weights=_person_weights(model, [validation[0], cut[0]], deserted[0]))
     within, hidden, _ = _calibrated(model, *validation)
     _, _, outside = _calibrated(model, *joined([validation, cut]))
     return replace(model, weights=np.stack([within, hidden, outside]))
 
 
-def decode_all(
-    model: SkeletonModel, answers: Answers
-) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float64]]:
-    """Skeletons of many frames: joints (n, n_joints, 3) [m], choices (n, n_joints), terms (n, n_joints, n_terms)."""
-    n, n_joints = answers.within.shape
-    joints, choice = np.empty((n, n_joints, 3), np.float32), np.empty((n, n_joints), np.int64)
-    terms = np.empty((n, n_joints, len(TERMS)), np.float64)
-    sectors = np.empty((n, N_SECTORS), np.float32)
-    _decode_frames(answers, model.prior, model.trunk, model.network, model.rules, joints, choice, terms, sectors)
-    return joints, choice, terms
+def decode_all(model: SkeletonModel, answers: Answers) -> Decoded:
+    """Skeletons of many frames."""
+    out = room_for(*answers.within.shape)
+    _decode_frames(answers, model.prior, model.trunk, model.network, model.rules, out)
+    return out
 
 
 def headings_of_all(model: SkeletonModel, answers: Answers) -> NDArray[np.float32]:
@@ -126,11 +131,11 @@ def headings_of_all(model: SkeletonModel, answers: Answers) -> NDArray[np.float3
 
 @njit(cache=True, nogil=True)
 def _decode_frames(
-    answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, joints: np.ndarray,
-    choice: np.ndarray, terms: np.ndarray, sectors: np.ndarray,
-) -> None:  # fmt: skip
-    for i in range(len(joints)):
-        decode_frame(answers, i, prior, trunk, network, rules, joints[i], choice[i], terms[i], sectors[i])
+    answers: Answers, prior: BodyPrior, trunk: np.ndarray, network: Network, rules: Rules, out: Decoded
+) -> None:
+    for i in range(len(out.joints)):
+        one = Decoded(out.joints[i], out.choice[i], out.terms[i], out.sectors[i], out.person[i])
+        decode_frame(answers, i, prior, trunk, network, rules, one)
 
 
 def _best_rules(model: SkeletonModel, answers: Answers, truth: Truth) -> Rules:
@@ -138,7 +143,7 @@ def _best_rules(model: SkeletonModel, answers: Answers, truth: Truth) -> Rules:
     best, most = model.rules, -1.0
     for trust, reach_m in itertools.product(TRUSTS, REACHES_M):
         rules = BESIDE_NETWORK._replace(trust=trust, reach_m=reach_m)
-        joints, _, _ = decode_all(replace(model, rules=rules), answers)
+        joints = decode_all(replace(model, rules=rules), answers).joints
         error = np.linalg.norm(joints - truth.joints, axis=2)[is_known(truth.joints)]
         score = float(np.clip(1.5 - np.nan_to_num(error, nan=np.inf) / WITHIN_M, 0.0, 1.0).sum())
         if score > most:
@@ -148,7 +153,7 @@ def _best_rules(model: SkeletonModel, answers: Answers, truth: Truth) -> Rules:
 
 def _calibrated(model: SkeletonModel, answers: Answers, truth: Truth) -> NDArray[np.float32]:
     """(n_outcomes, n_joints, n_terms) float32, the weights that tell how probable each outcome is."""
-    joints, _, terms = decode_all(model, answers)
+    joints, _, terms, _, _ = decode_all(model, answers)
     can_learn = is_known(truth.joints) & is_known(joints)
     outcomes = (
         np.linalg.norm(joints - truth.joints, axis=2) <= WITHIN_M,  # NaN is not within
@@ -161,6 +166,16 @@ def _calibrated(model: SkeletonModel, answers: Answers, truth: Truth) -> NDArray
         for k, outcome in enumerate(outcomes):
             weights[k, joint] = fit_logistic(terms[rows, joint], outcome[rows, joint])
     return weights
+
+
+def _person_weights(model: SkeletonModel, peopled: list[Answers], deserted: Answers) -> NDArray[np.float32]:
+    """(n_person_terms,) float32, the weights that tell how probable a person is; NaN if no image is deserted."""
+    terms = [decode_all(model, answers).person for answers in (*peopled, deserted)]
+    terms = [rows[np.isfinite(rows).all(axis=1)] for rows in terms]
+    if not len(terms[-1]):
+        return np.full(len(PERSON_TERMS), np.nan, np.float32)
+    is_person = np.arange(sum(map(len, terms))) < sum(map(len, terms[:-1]))
+    return fit_logistic(np.concatenate(terms), is_person).astype(np.float32)
 
 
 def is_outside(joints: NDArray[np.float32], edges: NDArray[np.float32]) -> NDArray[np.bool_]:

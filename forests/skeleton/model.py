@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.skeleton.heading import N_SECTORS
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
 
@@ -20,6 +21,8 @@ TERMS = (
     "inside",
 )
 """What the probabilities of a decoded joint are regressed on, in the order of the weights; see `decode_frame`."""
+PERSON_TERMS = ("one", "within", "log_confidence", "body_share", "log_scale")
+"""What the probability of a person is regressed on, in the order of the weights; see `decode_frame`."""
 OUTCOMES = ("within", "hidden", "outside")
 """What a decoded joint's probabilities are of: within 10 cm, hidden by an object, not in the image."""
 
@@ -55,6 +58,7 @@ class SkeletonModel:
         rules: How candidates are weighed.
         weights: (n_outcomes, n_joints, n_terms) float32, logistic regressions of what is in `OUTCOMES`; NaN = not
             calibrated.
+        person_weights: (n_person_terms,) float32, of whether a person is in the image; NaN = not calibrated.
     """
 
     prior: BodyPrior
@@ -62,3 +66,37 @@ class SkeletonModel:
     network: Network
     rules: Rules
     weights: NDArray[np.float32]
+    person_weights: NDArray[np.float32]
+
+
+class Decoded(NamedTuple):
+    """What was made of one frame, or of n frames with a leading axis.
+
+    Attributes:
+        joints: (n_joints, 3) float32, camera frame [m]; NaN = nowhere.
+        choice: (n_joints,) int64, the proposal that was taken, -1 = what the network proposed or nothing.
+        terms: (n_joints, n_terms) float64, see `TERMS`.
+        sectors: (n_sectors,) float32, probabilities of headings, alike if there is no network.
+        person: (n_person_terms,) float64, see `PERSON_TERMS`; NaN if nothing is proposed.
+    """
+
+    joints: NDArray[np.float32]
+    choice: NDArray[np.int64]
+    terms: NDArray[np.float64]
+    sectors: NDArray[np.float32]
+    person: NDArray[np.float64]
+
+
+def room_for(*shape: int) -> Decoded:
+    """Arrays to fill.
+
+    Args:
+        shape: (n_joints,), or (n, n_joints) for n frames.
+    """
+    return Decoded(
+        np.empty((*shape, 3), np.float32),
+        np.empty(shape, np.int64),
+        np.empty((*shape, len(TERMS)), np.float64),
+        np.empty((*shape[:-1], N_SECTORS), np.float32),
+        np.empty((*shape[:-1], len(PERSON_TERMS)), np.float64),
+    )

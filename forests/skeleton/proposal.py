@@ -98,7 +98,8 @@ def mirrored_answers(answers: Answers, mirror: NDArray[np.int32]) -> Answers:
     sides = answers.edges[:, [2, 1, 0, 3]] * np.array([-1, 1, -1, 1], np.float32)
     confidence, within, hidden, spread = (values[:, mirror] for values in answers[1:5])
     proposals = mirrored(answers.proposals, mirror)
-    return Answers(proposals, confidence, within, hidden, spread, sides, answers.facing * _ACROSS)
+    facing = answers.facing * _ACROSS
+    return Answers(proposals, confidence, within, hidden, spread, sides, facing, answers.body_share)
 
 
 @njit(cache=True, nogil=True)

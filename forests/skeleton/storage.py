@@ -7,7 +7,7 @@ import numpy as np
 from forests.modelfile import take_array
 from forests.skeleton.features import n_features, trunk_of
 from forests.skeleton.kinematics import mirrored_joints, parents_first, parents_of
-from forests.skeleton.model import OUTCOMES, TERMS, Rules, SkeletonModel
+from forests.skeleton.model import OUTCOMES, PERSON_TERMS, TERMS, Rules, SkeletonModel
 from forests.skeleton.network import Network
 from forests.skeleton.prior import BodyPrior
 from forests.skeleton.proposal import n_outputs
@@ -23,7 +23,11 @@ def pack_skeleton(model: SkeletonModel | None) -> dict[str, np.ndarray]:
         return {}
     prior = {name: getattr(model.prior, name) for name in ("log_length", "deviation", "log_size", "length_m")}
     arrays = prior | {f"network.{name}": values for name, values in model.network._asdict().items()}
-    arrays |= {"weights": model.weights, "rules": np.array(model.rules, np.float32)}
+    arrays |= {
+        "person_weights": model.person_weights,
+        "weights": model.weights,
+        "rules": np.array(model.rules, np.float32),
+    }
     return {_PREFIX + name: values for name, values in arrays.items()}
 
 
@@ -63,11 +67,19 @@ def unpack_skeleton(arrays: Mapping[str, np.ndarray], joints: tuple[str, ...]) -
     weights = take("weights", len(OUTCOMES), n, len(TERMS))
     if np.isinf(weights).any():
         raise ValueError("the weights of a joint's probability are not finite")
+    person_weights = take("person_weights", len(PERSON_TERMS))
+    if np.isinf(person_weights).any():
+        raise ValueError("the weights of a person's probability are not finite")
     rules = take("rules", len(Rules._fields))
     if not (np.isfinite(rules).all() and rules[-1] > 0):
         raise ValueError("the rules for choosing candidates must be finite, their reach above 0 m")
     return SkeletonModel(
-        prior, trunk_of(joints), _network(take, n), Rules(*(float(value) for value in rules)), weights
+        prior,
+        trunk_of(joints),
+        _network(take, n),
+        Rules(*(float(value) for value in rules)),
+        weights,
+        person_weights,
     )
 
 

@@ -141,7 +141,7 @@ def test_votes_of_people_who_face_another_way_weigh_less():
     assert seen > 500
     for heading in (np.nan, 2.0):
         one = plain.predict_joints(depth, CAMERA, heading=heading)
-        assert np.array_equal(one.proposals, plain.predict(depth, CAMERA).proposals)
+        assert np.array_equal(one.proposals, plain.predict(depth, CAMERA).proposals, equal_nan=True)
 
 
 def test_the_lockstep_descent_is_the_single_descent():
