@@ -108,6 +108,12 @@ def leaf_table(
         _cluster_leaves(seen, grown.leaf_start, grown.order, first, last, rules, vote, weight, faced)
         return last - first
 
+    _run_all(run, n_leaves, n_threads, on_leaves)
+    shares = _class_shares(grown, classes, rules.n_classes)
+    return LeafTable(shares, vote, weight, None if facing is None else faced)
+
+
+def _run_all(run: Callable[[int], int], n_leaves: int, n_threads: int, on_leaves: Callable[[int], object]) -> None:
     with ThreadPoolExecutor(n_threads) as pool:
         try:
             for task in as_completed([pool.submit(run, first) for first in range(0, n_leaves, _TASK_LEAVES)]):
@@ -115,8 +121,6 @@ def leaf_table(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    shares = _class_shares(grown, classes, rules.n_classes)
-    return LeafTable(shares, vote, weight, None if facing is None else faced)
 
 
 def regrouped(nodes: NDArray, n_leaves: int, leaf: NDArray[np.int32], is_kept: NDArray[np.bool_]) -> GrownTree:

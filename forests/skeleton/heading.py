@@ -73,6 +73,7 @@ def sectors_of(facings: NDArray[np.float32]) -> NDArray[np.float32]:
     Args:
         facings: (n, 2) float32, cosines and sines; zeros = not known.
     """
+    is_known: NDArray[np.bool_] = np.any(facings, axis=1)
     place = np.arctan2(facings[:, 1], facings[:, 0]) / (2.0 * np.pi) * N_SECTORS
     first = np.floor(place).astype(np.int64)
     share = (place - first).astype(np.float32)
@@ -80,7 +81,8 @@ def sectors_of(facings: NDArray[np.float32]) -> NDArray[np.float32]:
     rows = np.arange(len(facings))
     out[rows, first % N_SECTORS] = 1.0 - share
     out[rows, (first + 1) % N_SECTORS] += share
-    return out * facings.any(axis=1)[:, None].astype(np.float32)
+    out[~is_known] = 0.0
+    return out
 
 
 @njit(cache=True, nogil=True)

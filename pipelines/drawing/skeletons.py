@@ -15,6 +15,8 @@ HIDDEN_FROM = 0.5
 """A joint whose hidden_probability is above this is drawn hollow."""
 OUTSIDE_FROM = 0.5
 """A joint whose outside_probability is above this is not drawn."""
+PERSON_FROM = 0.5
+"""A skeleton whose person_probability is below this is not drawn."""
 UNSURE_BELOW = 0.5
 """A joint whose probability is below this is drawn small."""
 SURE_RADIUS, UNSURE_RADIUS = 7, 4
@@ -30,7 +32,7 @@ def draw_estimate(
 ) -> None:
     """Draws an estimated skeleton in place: sides in colour, hidden joints hollow, unsure ones small.
 
-    Joints that are probably not in the image are left out.
+    Joints that are probably not in the image are left out, and everything where there is probably nobody.
 
     Args:
         picture: (height, width, 3) BGR.
@@ -38,6 +40,8 @@ def draw_estimate(
         joints: Their names.
         estimate: What was estimated of them.
     """
+    if estimate.person_probability < PERSON_FROM:
+        return
     is_hidden: NDArray[np.bool_] = np.asarray(estimate.hidden_probability > HIDDEN_FROM)
     places = np.where((estimate.outside_probability > OUTSIDE_FROM)[:, None], np.nan, places)
     bones = _bones(places, joints)

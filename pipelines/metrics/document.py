@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.metrics import groups
-from pipelines.metrics.measures import CURVE_CM, MEASURES, Summary, accuracy_curve, summarise
+from pipelines.metrics.bodies import measure_bodies
+from pipelines.metrics.measures import CURVE_CM, MEASURES, Measure, Summary, accuracy_curve, summarise
 from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results
@@ -21,6 +22,12 @@ _TABLES = {
 _CURVES = ("visible", "occluded", "non_occluded")
 _SHOWN = {"map_10cm": "AP 10 cm", "accuracy_10cm": "accuracy 10 cm", "mean_error_cm": "mean error [cm]"}
 """Measures that the table shows, with their headings."""
+_BODIES = {
+    "swapped": "joints on the other side's joint",
+    "heading_flipped": "frames with the heading off by more than 90 degrees",
+    "heading_error_deg": "median error of the heading [degrees]",
+}
+"""Likewise, of whole skeletons."""
 
 
 def score_document(results: Results, weights: FrameWeights) -> dict:
@@ -48,6 +55,9 @@ def score_document(results: Results, weights: FrameWeights) -> dict:
     document["accuracy_curve"] = {"cm": list(CURVE_CM)} | {
         name: [number(share) for share in accuracy_curve(results, is_in)] for name, is_in in curves.items()
     }
+    document["bodies"] = {}
+    for name, measure in measure_bodies(results, weights).items():
+        document["bodies"] |= _with_ends(name, measure)
     document["seconds_per_frame"] = number(np.median(results.seconds))
     return document
 
@@ -56,11 +66,13 @@ def summary_values(summary: Summary) -> dict:
     """One group's measures as JSON values: each with its interval under the name and "_ci"."""
     values: dict[str, object] = {"n_frames": summary.n_frames, "n_joints": summary.n_joints}
     for name in MEASURES:
-        measure = summary.measures[name]
-        values[name] = number(measure.estimate)
-        ends = [number(measure.low), number(measure.high)]
-        values[f"{name}_ci"] = None if values[name] is None else ends
+        values |= _with_ends(name, summary.measures[name])
     return values
+
+
+def _with_ends(name: str, measure: Measure) -> dict[str, object]:
+    estimate, ends = number(measure.estimate), [number(measure.low), number(measure.high)]
+    return {name: estimate, f"{name}_ci": None if estimate is None else ends}
 
 
 def pixel_values(confusion: Confusion) -> dict:
@@ -94,6 +106,9 @@ def table_lines(document: Mapping) -> Iterator[str]:
             f"{_with_interval(values, key):>26}" for key in _SHOWN
         )
     yield ""
+    for name, heading in _BODIES.items():
+        yield f"{heading:<52}{_with_interval(document['bodies'], name)}"
+    yield ""
     yield f"{'':<24}" + "".join(f"{heading:>26}" for heading in _SHOWN.values())
     columns = "".join(f"{word:>9}" for word in ("all", "occl.", "others"))[1:]
     yield f"{'':<24}" + f"{columns}" * len(_SHOWN)
@@ -113,4 +128,4 @@ def _with_interval(values: Mapping, key: str) -> str:
 def _plain(value: float | None, key: str) -> str:
     if value is None:
         return "-"
-    return f"{value:.1f}" if key.endswith("_cm") else f"{value:.3f}"
+    return f"{value:.1f}" if key.endswith(("_cm", "_deg")) else f"{value:.3f}"

@@ -15,11 +15,12 @@ from forests.estimate import JointEstimate
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.overlays import skeleton_panel
 from pipelines.drawing.palette import Picture
+from pipelines.drawing.skeletons import PERSON_FROM
 from pipelines.drawing.tiles import N_SHOWN, sheet, sheet_tile
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant, ask
 from pipelines.predicting.images import DepthImage, Request
-from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, joint_values, number_value, skeleton_picture
+from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, body_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
 from pipelines.progress import progress
 from pipelines.recordings.entries import readable
@@ -164,7 +165,9 @@ class PredictionRun:
     def _tell(self, answer: Answer) -> None:
         n_found = int((answer.estimate.confidence > 0).sum())
         n_joints = len(self.contestant.joints)
-        log.info("%s: found %d of %d joints, %s", answer.request.source, n_found, n_joints, self._path(answer))
+        nobody = ", probably nobody" if answer.estimate.person_probability < PERSON_FROM else ""
+        path = self._path(answer)
+        log.info("%s: found %d of %d joints%s, %s", answer.request.source, n_found, n_joints, nobody, path)
 
     def _document(self, answer: Answer) -> dict[str, Any]:
         height, width = answer.image.depth.shape
@@ -178,8 +181,7 @@ class PredictionRun:
             "near": self.options.near,
             "far": number_value(self.options.far),
             "smoothed_fps": self.options.fps or None,
-            "joints": joint_values(answer.estimate, self.contestant.joints),
-        }
+        } | body_values(answer.estimate, self.contestant.joints)
 
 
 def _line(document: dict[str, Any]) -> str:

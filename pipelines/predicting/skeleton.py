@@ -40,6 +40,25 @@ def joint_values(estimate: JointEstimate, joints: tuple[str, ...]) -> dict[str, 
     return values
 
 
+def body_values(estimate: JointEstimate, joints: tuple[str, ...]) -> dict[str, Any]:
+    """What was found of the person as JSON values, with the skeleton of the other heading if there is one."""
+    values: dict[str, Any] = {
+        "person_probability": number_value(estimate.person_probability),
+        "heading": number_value(estimate.heading),
+        "heading_probability": number_value(estimate.heading_probability),
+        "joints": joint_values(estimate, joints),
+        "alternative": None,
+    }
+    other = estimate.alternative
+    if other is not None:
+        values["alternative"] = {
+            "heading": number_value(other.heading),
+            "heading_probability": number_value(other.heading_probability),
+            "joints": {name: place_value(place) for name, place in zip(joints, other.joints, strict=True)},
+        }
+    return values
+
+
 def skeleton_picture(
     contestant: Contestant, depth: NDArray[np.uint16], camera: Pinhole, estimate: JointEstimate
 ) -> NDArray[np.uint8]:
