@@ -107,9 +107,9 @@ class Predictor:
         reached = self._reach(depth, camera, box, n_pixels)
         n_candidates = max(n_proposals, N_CANDIDATES)
         estimate = self._estimate(reached, n_candidates, math.nan)
-        if not self.reads_headings:
+        headings = headings_of(skeleton, estimate, depth.shape) if self.reads_headings else ()
+        if not headings or math.isnan(headings[0].angle):
             return decoded(skeleton, estimate, depth.shape, n_proposals)
-        headings = headings_of(skeleton, estimate, depth.shape)
         answers: list[JointEstimate] = []
         for heading in headings:
             if heading.probability >= LEAST_THOUGHT or not answers:
