@@ -42,6 +42,7 @@ class NodeSamples(NamedTuple):
         width: (m,) int32 [px].
         start: (m,) int64, of the crop in `Crops.pixels`.
         z_mm: (m,) int32.
+        frame: (m,) int32.
         column: (m,) int32, the sample's class among the classes alive in the node.
         direction: (m, 3) int32, or (0, 3).
     """
@@ -55,6 +56,7 @@ class NodeSamples(NamedTuple):
     width: NDArray[np.int32]
     start: NDArray[np.int64]
     z_mm: NDArray[np.int32]
+    frame: NDArray[np.int32]
     column: NDArray[np.int32]
     direction: NDArray[np.int32]
 
@@ -71,6 +73,7 @@ def empty_buffers(m: int, n_directions: int) -> NodeSamples:
         np.empty(m, np.float32),
         np.empty(m, np.int32),
         np.empty(m, np.int64),
+        np.empty(m, np.int32),
         np.empty(m, np.int32),
         np.empty(m, np.int32),
         np.empty((n_directions, 3), np.int32),
@@ -90,6 +93,7 @@ def first(buffers: NodeSamples, m: int) -> NodeSamples:
         buffers.width[:m],
         buffers.start[:m],
         buffers.z_mm[:m],
+        buffers.frame[:m],
         buffers.column[:m],
         buffers.direction[:m],
     )
@@ -135,6 +139,7 @@ def gather_node(
         buffers.width[k] = crops.width[frame]
         buffers.start[k] = crops.start[frame]
         buffers.z_mm[k] = z_mm
+        buffers.frame[k] = frame
         if target.n_classes:
             buffers.column[k] = column_of[target.classes[s]]
         else:

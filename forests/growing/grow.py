@@ -130,6 +130,8 @@ def _grow(
         config.n_finalists,
         config.min_samples_leaf,
         config.max_offset_m,
+        int(crops.classes.max(initial=0)),
+        crops.facts.shape[1],
     )
     order = np.arange(n, dtype=np.int32)
     stop = np.zeros(1, np.bool_)

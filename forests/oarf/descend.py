@@ -19,10 +19,11 @@ PACKED_NODE = np.dtype(
         ("threshold", np.int32),
         ("left", np.int32),
         ("leaf", np.int32),
-        ("unused", np.int32),
+        ("hint", np.int32),
     ]
 )
-"""As `forests.tree.NODE_DTYPE` numbered through all trees, in 32 bytes: two to a cache line."""
+"""As `forests.tree.NODE_DTYPE` numbered through all trees, in 32 bytes: two to a cache line. hint: what a node asks
+(`forests.features`); 0 in all nodes but of forests that are told more than depth."""
 
 GROUP = 128
 """Pixels that go down together: the misses of one are waited for while the others are at work."""
@@ -42,12 +43,15 @@ class FlatTrees(NamedTuple):
     leaf_start: NDArray[np.int32]
 
 
-def flatten(trees: Sequence[NDArray], n_leaves: Sequence[int]) -> FlatTrees:
+def flatten(
+    trees: Sequence[NDArray], n_leaves: Sequence[int], hints: Sequence[NDArray[np.int16] | None] = ()
+) -> FlatTrees:
     """Puts trees behind one another.
 
     Args:
         trees: Nodes of each, (n_nodes,) of NODE_DTYPE.
         n_leaves: Leaves of each.
+        hints: What the nodes of each ask, (n_nodes,), where not all ask for depth.
 
     Raises:
         ValueError: No tree, or one that a descent would not end in.
@@ -66,6 +70,9 @@ def flatten(trees: Sequence[NDArray], n_leaves: Sequence[int]) -> FlatTrees:
         packed["threshold"] = nodes["threshold"]
         packed["left"] = nodes["left"] + root
         packed["leaf"] = np.where(nodes["leaf"] >= 0, nodes["leaf"] + leaf, -1)
+    for asked, root in zip(hints, roots, strict=False):
+        if asked is not None:
+            flat["hint"][root : root + len(asked)] = asked
     return FlatTrees(flat, roots[:-1], leaf_start)
 
 

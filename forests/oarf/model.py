@@ -19,10 +19,12 @@ class ForestTree(NamedTuple):
     Attributes:
         nodes: (n_nodes,) of NODE_DTYPE.
         leaves: By the nodes' leaf numbers.
+        hints: (n_nodes,) int16, what each node asks (`forests.features`); None = all ask for depth.
     """
 
     nodes: NDArray
     leaves: PackedLeaves
+    hints: NDArray[np.int16] | None = None
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Joints from a depth image: a regression forest that is ready to be asked."""
 
+import copy
 import math
 from typing import NamedTuple
 
@@ -10,9 +11,10 @@ from forests.boxes import Box
 from forests.calibration import logistic
 from forests.crops import crop_image
 from forests.estimate import JointEstimate
-from forests.frames import Pinhole, check_depth
+from forests.frames import Hints, Pinhole, check_depth
 from forests.oarf.descend import descend, flatten
 from forests.oarf.evidence import Evidence, terms
+from forests.oarf.hinted import asked_of, check_hints, leaves_with_hints, with_hints
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
@@ -59,10 +61,20 @@ class Predictor:
         """
         self.model = model
         leaves = [tree.leaves for tree in model.trees]
-        self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves])
+        hints = [tree.hints for tree in model.trees]
+        self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves], hints)
+        self._asked, self._told = asked_of(self._trees), Hints()
         self._table = vote_table(leaves, model.tuning.max_offset_m)
         self._probability = np.concatenate([table.probabilities() for table in leaves])
         self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
+
+    def given(self, hints: Hints | None) -> "Predictor":
+        """The forest for one image of which more than depth is told; itself, if its trees ask for no hints."""
+        if not any(self._asked):
+            return self
+        told = copy.copy(self)
+        told._told = hints or Hints()
+        return told
 
     def predict(
         self,
@@ -195,6 +207,7 @@ class Predictor:
         n = self.model.config.n_voting_pixels if n_pixels is None else n_pixels
         if n < 1:
             raise ValueError(f"n_pixels={n} must be at least 1")
+        check_hints(self._asked, self._told, image.shape)
         crop = crop_image(image, camera)
         width, height = int(crop.width[0]), int(crop.height[0])
         left, top = int(crop.origin[0, 0]), int(crop.origin[0, 1])
@@ -205,6 +218,9 @@ class Predictor:
     def _descend(self, voters: Voters, camera: Pinhole) -> NDArray[np.int32]:
         leaves = np.empty((len(self._trees.roots), len(voters.columns)), np.int32)
         pixels, width, height, _, _, columns, rows, _ = voters
+        if any(self._asked):
+            crop = with_hints(pixels, width, height, voters.left, voters.top, camera, self._told)
+            return leaves_with_hints(self._trees, crop, columns, rows)
         fx, fy = np.float32(camera.fx), np.float32(camera.fy)
         descend(pixels, width, height, columns, rows, fx, fy, self._trees.nodes, self._trees.roots, leaves)
         return leaves

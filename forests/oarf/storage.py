@@ -80,7 +80,8 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
     """A tree's arrays as a model file holds them."""
-    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS}
+    hints = {} if tree.hints is None else {"hints": tree.hints}
+    return pack_nodes(tree.nodes) | hints | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS}
 
 
 def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OARFConfig) -> ForestTree:
@@ -110,7 +111,8 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OA
         weight,
     )
     check_leaves(leaves)
-    return ForestTree(nodes, leaves)
+    hints = take_array(arrays, "hints", np.int16, (len(nodes),)) if "hints" in arrays else None
+    return ForestTree(nodes, leaves, hints)
 
 
 def _tuning(arrays: Mapping[str, np.ndarray], n_joints: int) -> Tuning:

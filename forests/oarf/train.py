@@ -83,7 +83,7 @@ def _answers(model: OARFModel, frames: FrameSequence, is_cut: bool) -> tuple[Ans
     predictor = Predictor(model)
 
     def ask(frame: DepthFrame) -> JointEstimate:
-        return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
+        return predictor.given(frame.hints).predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES)
 
     return answers_of(ask, frames, is_cut=is_cut)
 
@@ -187,4 +187,4 @@ def _train_tree(
     )
     leaves = leaf_table(training, wanted, grown, rules, n_threads)
     on_share(1.0)
-    return ForestTree(grown.nodes, pack_leaves(leaves))
+    return ForestTree(grown.nodes, pack_leaves(leaves), grown.hints if len(grown.hints) else None)
