@@ -35,8 +35,8 @@ class Crops(NamedTuple):
     height: NDArray[np.int32]
     origin: NDArray[np.int32]
     intrinsics: NDArray[np.float32]
-    classes: NDArray[np.uint8] = np.zeros(0, np.uint8)  # noqa: RUF012 nobody writes into it
-    facts: NDArray[np.int16] = np.zeros((0, 0), np.int16)  # noqa: RUF012
+    classes: NDArray[np.uint8] = np.zeros(0, np.uint8)
+    facts: NDArray[np.int16] = np.zeros((0, 0), np.int16)
 
 
 class CropWriter:
@@ -61,9 +61,7 @@ class CropWriter:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def add(
-        self, depth: NDArray[np.uint16], camera: Pinhole, hints: Hints | None = None
-    ) -> tuple[int, int]:
+    def add(self, depth: NDArray[np.uint16], camera: Pinhole, hints: Hints | None = None) -> tuple[int, int]:
         """Adds an image's foreground.
 
         Args:

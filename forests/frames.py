@@ -84,8 +84,9 @@ class LabelTable:
 
 @dataclass(frozen=True)
 class Hints:
-    """What trees may ask of a frame beside its depth, in experiments: truths, to bound what knowing them is worth, or
-    what another forest has predicted.
+    """What trees may ask of a frame beside its depth, in experiments.
+
+    These are truths, to bound what knowing them is worth, or what another forest has predicted.
 
     Attributes:
         classes: (height, width) uint8, a class by pixel of the composite, 0 = none; None = none is told.
@@ -98,7 +99,9 @@ class Hints:
 
     def __post_init__(self) -> None:
         if self.classes is not None and (self.classes.ndim != 2 or self.classes.dtype != np.uint8):
-            raise ValueError(f"classes are {self.classes.dtype} {self.classes.shape}, must be uint8 (height, width)")
+            raise ValueError(
+                f"classes are {self.classes.dtype} {self.classes.shape}, must be uint8 (height, width)"
+            )
         if self.facts.ndim != 1 or self.facts.dtype != np.int16:
             raise ValueError(f"facts are {self.facts.dtype} {self.facts.shape}, must be int16 (n_facts,)")
         if len(self.facts) > MOST_FACTS or np.abs(self.facts.astype(np.int32)).max(initial=0) > FACT_LIMIT:

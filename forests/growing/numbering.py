@@ -23,7 +23,7 @@ class GrownTree(NamedTuple):
     nodes: NDArray
     leaf_start: NDArray[np.int64]
     order: NDArray[np.int32]
-    hints: NDArray[np.int16] = np.zeros(0, np.int16)  # noqa: RUF012 nobody writes into it
+    hints: NDArray[np.int16] = np.zeros(0, np.int16)
 
 
 def numbered(grown: GrownNodes, order: NDArray[np.int32]) -> GrownTree:

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
+from forests.frames import FrameSequence
 from pipelines.ablate.jobs import ScoringJob, TrainingJob
 from pipelines.ablate.progress import SetShare
-from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant
 from pipelines.models.opening import open_model
@@ -14,8 +14,9 @@ from pipelines.models.training import train_into
 
 def train_model(
     job: TrainingJob,
-    frames: CorpusFrames,
-    validation: CorpusFrames,
+    corpus_digest: str,
+    frames: FrameSequence,
+    validation: FrameSequence,
     path: Path,
     n_threads: int,
     on_share: SetShare,
@@ -24,6 +25,7 @@ def train_model(
 
     Args:
         job: What to train.
+        corpus_digest: Of the frames' corpus.
         frames: Frames to learn from.
         validation: Frames to tune on.
         path: The file.
@@ -33,7 +35,7 @@ def train_model(
     Raises:
         UserError: Frames that nothing can be learned from, or another process trains there.
     """
-    metadata = {"row": job.row, "key": job.key, "corpus": frames.corpus.digest, "sensor": job.sensor}
+    metadata = {"row": job.row, "key": job.key, "corpus": corpus_digest, "sensor": job.sensor, "told": job.told}
     try:
         train_into(
             path,
