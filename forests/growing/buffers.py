@@ -18,6 +18,8 @@ _PICK_STREAM = 0x7_0000_0000
 class Target(NamedTuple):
     """What a tree separates; n_classes = 0 means directions.
 
+    With classes and directions, nodes that hold one class alone are split by directions.
+
     Attributes:
         classes: (n,) uint8, or empty.
         n_classes: Classes are 0..n_classes-1.

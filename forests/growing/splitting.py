@@ -106,16 +106,16 @@ class Judged(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
+def make_scratch(rules: Rules, target: Target, n: int) -> Scratch:
     """Memory for splitting nodes of up to n samples."""
     m = min(n, max(rules.max_samples, rules.n_racing_samples))
     n_bins = rules.n_thresholds + 1
     return Scratch(
-        empty_buffers(m, 0 if n_classes else m),
+        empty_buffers(m, m if len(target.directions) else 0),
         np.empty(4, np.float32),
         np.empty(m, np.int32),
         np.empty(m, np.int32),
-        np.empty(n_bins * n_classes, np.uint32),
+        np.empty(n_bins * target.n_classes, np.uint32),
         np.empty(n_bins * 4, np.int64),
         np.empty(256, np.uint32),
         np.empty(256, np.uint32),
@@ -146,7 +146,9 @@ def best_split(
     """
     n_columns = _count_columns(target, members, scratch.column_of)
     if target.n_classes and n_columns == 1:
-        return False, 0, 0
+        if len(target.directions) == 0:
+            return False, 0, 0
+        target, n_columns = Target(target.classes, 0, target.directions), 4
     n_racing = min(len(members), rules.n_racing_samples)
     m = min(len(members), rules.max_samples)
     n_depth = min(rules.n_candidates, rules.candidates_per_sample * len(members))

@@ -68,7 +68,7 @@ def grow_nodes(
         np.zeros(room, np.int16),
         np.zeros(room, np.bool_),
     )
-    scratch = make_scratch(rules, target.n_classes, end - begin)
+    scratch = make_scratch(rules, target, end - begin)
     moved = np.empty(end - begin, np.int32)
     todo = np.empty((rules.max_depth + 2, 4), np.int64)
     _set_task(todo[0], node, depth, begin, end)

@@ -25,6 +25,7 @@ from forests.tree import TreeStore
 
 _GATHER_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
+_FARTHEST_MM = 32000
 _GROW_SHARE = 0.8
 """Of a tree's time; the rest goes to its leaves."""
 
@@ -154,6 +155,21 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
     return training
 
 
+def to_body(training: TrainingSet) -> NDArray[np.int16]:
+    """(n_samples, 3) int16: from samples to the middle of the joints that their frame knows [mm]; 0 if none is.
+
+    A tree that is told classes of pixels separates the objects in its first nodes. It goes on by these offsets,
+    for otherwise all pixels of a class of objects would vote out of one leaf.
+    """
+    known = is_known(training.joints)
+    total = np.where(known[..., None], training.joints, 0.0).sum(axis=1)
+    middle = total / np.maximum(known.sum(axis=1), 1)[:, None]
+    samples = training.samples
+    offsets = middle[samples.frame] - samples.points(training.crops)
+    millimetres = np.rint(np.clip(1000.0 * offsets, -_FARTHEST_MM, _FARTHEST_MM))
+    return np.asarray(millimetres * known.any(axis=1)[samples.frame, None]).astype(np.int16)
+
+
 def _train_tree(
     training: TrainingSet,
     wanted: NDArray[np.uint8],
@@ -181,6 +197,7 @@ def _train_tree(
         tree,
         n_threads,
         settle,
+        to_body(training) if len(training.crops.classes) else None,
     )
     rules = LeafRules(
         classes.n_classes, classes.n_parts, config.leaf_bandwidth_m, config.n_leaf_votes, config.seed, tree
