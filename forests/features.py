@@ -80,7 +80,7 @@ def draw_hit(
         length = np.float32(0.0)
     out[:] = 0.0
     out[0], out[1] = length * _DIRECTIONS[direction, 0], length * _DIRECTIONS[direction, 1]
-    return 1 + np.int64((key >> np.uint64(3)) % np.uint64(n_classes))
+    return 1 + int((key >> np.uint64(3)) % np.uint64(n_classes))
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -161,13 +161,11 @@ def to_body(training: TrainingSet) -> NDArray[np.int16]:
     A tree that is told classes of pixels separates the objects in its first nodes. It goes on by these offsets,
     for otherwise all pixels of a class of objects would vote out of one leaf.
     """
-    known = is_known(training.joints)
-    total = np.where(known[..., None], training.joints, 0.0).sum(axis=1)
-    middle = total / np.maximum(known.sum(axis=1), 1)[:, None]
-    samples = training.samples
-    offsets = middle[samples.frame] - samples.points(training.crops)
-    millimetres = np.rint(np.clip(1000.0 * offsets, -_FARTHEST_MM, _FARTHEST_MM))
-    return np.asarray(millimetres * known.any(axis=1)[samples.frame, None]).astype(np.int16)
+    known, samples = is_known(training.joints), training.samples
+    n_known = known.sum(axis=1)[:, None]
+    middle = np.where(known[..., None], training.joints, 0.0).sum(axis=1) / np.maximum(n_known, 1)
+    offsets = (middle[samples.frame] - samples.points(training.crops)) * (n_known > 0)[samples.frame]
+    return np.rint(np.clip(1000.0 * offsets, -_FARTHEST_MM, _FARTHEST_MM)).astype(np.int16)
 
 
 def _train_tree(

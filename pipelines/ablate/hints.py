@@ -2,20 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import FACT_LIMIT, DepthFrame, FrameSequence, Hints, LabelTable
+from pipelines.ablate.config import Told
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 from synth.vocabulary import JOINT_NAMES
-
-Told = Literal["mask", "classes", "heading", "posture", "size"]
-"""Truths. mask: by pixel, nothing, the person or an object; classes: the same with each class of objects for itself;
-heading: where the person faces; posture: the family of poses; size: the stature."""
 
 N_DIRECTIONS = 8
 """A heading is told as its cosines with so many directions of a half circle."""
