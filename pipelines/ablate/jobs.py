@@ -7,18 +7,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.ablate.config import CorpusConfig
+from pipelines.ablate.config import CorpusConfig, Told
 from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
 from pipelines.errors import UserError
-from pipelines.models.hints import Told
 from pipelines.models.kinds import VARIANTS, ModelConfig, ModelKind
 from pipelines.spread import evenly_spread
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
 
-_HINTS_SOURCE = "pipelines/models/hints.py"
+_HINTS_SOURCE = "pipelines/ablate/hints.py"
 _SCORING_SOURCES = ("pipelines/corpus", "pipelines/metrics", "pipelines/models/asking.py")
 
 

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, get_args
 
-from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question
+from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question, Told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
-from pipelines.models.hints import Told
 from pipelines.models.kinds import VARIANTS, ModelConfig
 from synth.scene.config import SceneWeights
 

@@ -3,6 +3,7 @@
 import itertools
 
 from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.hints import frames_told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
 from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
@@ -18,7 +19,6 @@ from pipelines.metrics.document import pixel_values
 from pipelines.metrics.results import write_results
 from pipelines.models.asking import predict_frames
 from pipelines.models.checkpoints import drop_trees
-from pipelines.models.hints import frames_told
 from pipelines.models.training import partial_folder
 
 
