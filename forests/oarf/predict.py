@@ -68,9 +68,14 @@ class Predictor:
         self._probability = np.concatenate([table.probabilities() for table in leaves])
         self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
 
+    @property
+    def asks_for_hints(self) -> bool:
+        """Whether its trees were told more than depth, and must be in every prediction."""
+        return any(self._asked)
+
     def given(self, hints: Hints | None) -> "Predictor":
         """The forest for one image of which more than depth is told; itself, if its trees ask for no hints."""
-        if not any(self._asked):
+        if not self.asks_for_hints:
             return self
         told = copy.copy(self)
         told._told = hints or Hints()

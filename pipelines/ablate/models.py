@@ -62,7 +62,7 @@ def read_contestant(job: ScoringJob, path: Path) -> Contestant:
     Raises:
         UserError: The file is damaged.
     """
-    contestant = replace(open_model(path)[0], method=job.training.row)
+    contestant = replace(open_model(path, is_told=job.training.told is not None)[0], method=job.training.row)
     if not (job.n_trees or job.n_pixels):
         return contestant
     reduced = job.training.kind.reduced

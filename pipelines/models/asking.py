@@ -22,6 +22,11 @@ from synth.vocabulary import JOINT_NAMES
 class TakesHints(Protocol):
     """A model that may be told more of an image than its depth."""
 
+    @property
+    def asks_for_hints(self) -> bool:
+        """Whether it must be told in every prediction."""
+        ...
+
     def given(self, hints: Hints | None, /) -> Any:
         """The model for one image of which that is told."""
         ...

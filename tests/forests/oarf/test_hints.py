@@ -159,6 +159,7 @@ def test_a_file_that_asks_for_facts_that_nobody_tells_is_refused_before_a_kernel
 def test_a_forest_that_asks_for_nothing_takes_no_hints():
     plain = Predictor(train_forest(blind(Scenes(6, 0)), CONFIG))
     assert plain.given(Scenes(1, 0)[0].hints) is plain
+    assert not plain.asks_for_hints
 
 
 def test_the_body_layer_is_learned_without_hints():

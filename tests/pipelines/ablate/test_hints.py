@@ -6,12 +6,21 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from pipelines.ablate.config import Told
+from forests.growing import GrowthConfig
+from forests.oarf.config import OARFConfig
+from pipelines.ablate.config import AblationConfig, Told
 from pipelines.ablate.hints import N_DIRECTIONS, frames_told, heading_facts
+from pipelines.ablate.models import read_contestant, train_model
+from pipelines.ablate.plan import scoring
+from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
+from pipelines.metrics import read_truths
+from pipelines.models.asking import predict_frames
 from synth.bodies.poses.families import FAMILIES
 from synth.vocabulary import JOINT_NAMES
+
+CONFIG = AblationConfig()
 
 
 def person(turned: float) -> np.ndarray:
@@ -106,3 +115,25 @@ def test_nothing_but_hints_is_added(recorded):
 def test_records_that_do_not_tell_are_refused(recorded, told, changes, message):
     with pytest.raises(CorpusError, match=message):
         frames_told(frames_of(recorded(**changes)), told)[0]
+
+
+def test_an_oracle_is_told_when_it_is_scored_and_refused_elsewhere(toy_corpus, tmp_path, capsys):
+    """With what `ablate` does of a training and a scoring, on the toy corpus."""
+    growth = GrowthConfig(max_depth=4, n_candidates=20, n_finalists=5)
+    config = OARFConfig(n_trees=1, n_pixels=60, n_occluder_pixels=60, n_voting_pixels=50, growth=growth)
+    train, val, test = (frames_told(frames_of(toy_corpus, split), "classes") for split in ("train", "val", "test"))
+    path = tmp_path / "oracle.safetensors"
+    job = scoring(replace(CONFIG, models={**CONFIG.models, "oarf": config}), "semantic", 0)
+    job = replace(job, training=replace(job.training, told="classes"))
+    train_model(job.training, toy_corpus.digest, train, val, path, 1, lambda share: None)
+    contestant = read_contestant(job, path)
+    assert contestant.predictor.asks_for_hints
+    truths = read_truths(toy_corpus, test.frames.indices)
+    results, confusion = predict_frames(contestant, test, truths)
+    assert np.isfinite(results.proposals[:, :, 0]).any()
+    assert confusion is not None
+    with pytest.raises(ValueError, match="ask for hints"):
+        predict_frames(contestant, test.frames, truths)
+    assert main(["evaluate", str(path), str(toy_corpus.path)]) == 1
+    said = capsys.readouterr().err
+    assert "its trees ask for more than depth" in said
