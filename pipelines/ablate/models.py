@@ -53,7 +53,7 @@ def train_model(
 
 
 def read_contestant(job: ScoringJob, path: Path) -> Contestant:
-    """A job's model as it is asked; pixels are labelled by forests that are asked as they were trained.
+    """A job's model as it is asked; pixels are labelled by forests that are asked as they were trained, of depth alone.
 
     Args:
         job: With how many trees and voting pixels it is asked.
@@ -63,6 +63,8 @@ def read_contestant(job: ScoringJob, path: Path) -> Contestant:
         UserError: The file is damaged.
     """
     contestant = replace(open_model(path, is_told=job.training.told is not None)[0], method=job.training.row)
+    if job.training.told is not None:
+        return replace(contestant, labeller=None)
     if not (job.n_trees or job.n_pixels):
         return contestant
     reduced = job.training.kind.reduced
