@@ -55,6 +55,7 @@ class OARFModel:
         trees: The trees.
         tuning: What was learned on validation frames.
         skeleton: What makes one skeleton out of the joints' proposals; None = joints are answered one by one.
+        context: The forest whose labels of pixels the trees ask for as hints; None = hints are told, or not asked for.
     """
 
     config: OARFConfig
@@ -63,3 +64,4 @@ class OARFModel:
     trees: tuple[ForestTree, ...]
     tuning: Tuning
     skeleton: SkeletonModel | None = None
+    context: "OARFModel | None" = None

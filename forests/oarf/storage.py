@@ -20,6 +20,8 @@ from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "oarf"
 
+_CONTEXT = "context."
+"""Of the names of the arrays of a forest whose labels are asked for."""
 _LEAF_ARRAYS = ("has_class", "probability", "has_vote", "vote", "weight")
 
 
@@ -57,6 +59,8 @@ def pack_model(model: OARFModel) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {f"tuning.{name}": values for name, values in vars(model.tuning).items()}
     for number, tree in enumerate(model.trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    if model.context is not None:
+        arrays |= {_CONTEXT + name: values for name, values in pack_model(model.context).items()}
     return arrays | pack_skeleton(model.skeleton)
 
 
@@ -75,7 +79,11 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
         trees.append(unpack_tree(own, labels, config))
     classes = ClassTable.of(labels, config.mode)
     tuning, skeleton = _tuning(arrays, labels.n_joints), unpack_skeleton(arrays, labels.joints)
-    return OARFModel(config, labels, classes, tuple(trees), tuning, skeleton)
+    first = {name.removeprefix(_CONTEXT): arrays[name] for name in arrays if name.startswith(_CONTEXT)}
+    if any(name.startswith(_CONTEXT) for name in first):
+        raise ValueError("a forest that others ask for labels asks for labels itself")
+    context = unpack_model(first, metadata) if first else None
+    return OARFModel(config, labels, classes, tuple(trees), tuning, skeleton, context)
 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:

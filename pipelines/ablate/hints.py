@@ -47,8 +47,8 @@ class HintedFrames:
 
 
 def frames_told(frames: CorpusFrames, told: Told | None) -> FrameSequence:
-    """Frames of which more is told than depth, if anything is."""
-    return frames if told is None else HintedFrames(frames, told)
+    """Frames of which a truth is told beside depth, if any is: labels are predicted by the model itself."""
+    return frames if told is None or told not in _TRUTHS else HintedFrames(frames, told)
 
 
 def _mask(corpus: Corpus, number: int, frame: DepthFrame) -> Hints:

@@ -8,6 +8,7 @@ from pipelines.ablate.jobs import ScoringJob, TrainingJob
 from pipelines.ablate.progress import SetShare
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant
+from pipelines.models.kinds import KINDS, Tools
 from pipelines.models.opening import open_model
 from pipelines.models.training import train_into
 
@@ -39,7 +40,7 @@ def train_model(
     try:
         train_into(
             path,
-            job.kind,
+            job.kind if job.told != "labels" else replace(job.kind, tools=_context_tools),
             job.config,
             frames,
             validation,
@@ -50,6 +51,13 @@ def train_model(
         )
     except ValueError as error:
         raise UserError(f"{job.row} cannot be trained: {error}") from None
+
+
+def _context_tools() -> Tools:
+    """The functions of regression forests, with a training that learns from the labels of a first forest."""
+    from forests.oarf.context import train_with_context
+
+    return KINDS["oarf"].tools()._replace(train=train_with_context)
 
 
 def read_contestant(job: ScoringJob, path: Path) -> Contestant:

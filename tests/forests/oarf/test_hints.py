@@ -9,7 +9,7 @@ from forests.crops import CropWriter
 from forests.frames import DepthFrame, Hints, Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
-from forests.oarf.hinted import leaves_with_hints, with_hints
+from forests.oarf.descend import leaves_with_hints, with_hints
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, pack_model, save_model, unpack_model
 from forests.oarf.train import to_body, train_forest
