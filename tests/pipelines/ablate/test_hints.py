@@ -1,11 +1,13 @@
 """What oracles tell of a frame."""
 
+import json
 from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import pytest
 
+from forests import load_model
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
 from pipelines.ablate.config import AblationConfig, Told
@@ -138,3 +140,52 @@ def test_an_oracle_is_told_when_it_is_scored_and_refused_elsewhere(toy_corpus, t
     assert main(["evaluate", str(path), str(toy_corpus.path)]) == 1
     said = capsys.readouterr().err
     assert "its trees ask for more than depth" in said
+
+
+TINY = """
+rows = ["semantic"]
+n_resamples = 20
+questions = ["oracles"]
+
+[corpus]
+train_frames = 8
+val_frames = 3
+test_frames = 4
+seed = 3
+
+[corpus.scene]
+camera = "custom"
+intrinsics = [160, 120, 142.0, 142.0, 79.5, 59.5]
+
+[oarf]
+n_trees = 1
+n_pixels = 60
+n_occluder_pixels = 60
+n_voting_pixels = 50
+growth = { max_depth = 6, n_candidates = 20, n_finalists = 5 }
+"""
+
+
+def test_the_ablation_tells_by_how_much_each_oracle_is_better(tmp_path, capsys):
+    toml, out = tmp_path / "tiny.toml", tmp_path / "out"
+    toml.write_text(TINY)
+    assert main(["ablate", "--size", "demo", "--config", str(toml), "--out", str(out), "--threads", "1"]) == 0
+    assert "semantic - semantic told mask" in capsys.readouterr().out
+    document = json.loads((out / "ablation.json").read_text())
+    conditions = {item["settings"]["told"]: item for item in document["questions"]["oracles"]}
+    assert list(conditions) == ["nothing", *get_args(Told)]
+    nothing = conditions["nothing"]["rows"]["semantic"]
+    assert nothing["map_10cm"] == document["main"]["rows"]["semantic"]["map_10cm"]
+    for told in get_args(Told):
+        row, gaps = conditions[told]["rows"]["semantic"], conditions[told]["differences"]
+        gap = gaps["semantic - semantic told nothing"]
+        assert gap["map_10cm"]["first"] == pytest.approx(row["map_10cm"])
+        assert gap["map_10cm"]["second"] == pytest.approx(nothing["map_10cm"])
+        assert gap["occluded"].keys() == gap["visible"].keys()
+        assert row["pixels"] == [None]
+        assert ("semantic - semantic told mask" in gaps) == (told == "classes")
+    models = {
+        told: out / item["rows"]["semantic"]["trainings"][0]["model"]["file"] for told, item in conditions.items()
+    }
+    assert load_model(models["labels"]).model.context is not None
+    assert all(tree.hints is None for tree in load_model(models["nothing"]).model.trees)
