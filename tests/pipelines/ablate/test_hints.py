@@ -166,6 +166,7 @@ growth = { max_depth = 6, n_candidates = 20, n_finalists = 5 }
 """
 
 
+@pytest.mark.slow
 def test_the_ablation_tells_by_how_much_each_oracle_is_better(tmp_path, capsys):
     toml, out = tmp_path / "tiny.toml", tmp_path / "out"
     toml.write_text(TINY)
