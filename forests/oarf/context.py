@@ -1,12 +1,12 @@
-"""Auto-context: a second forest whose trees may also ask for the labels of pixels that a first one has predicted.
+"""Auto-context: a second forest whose trees may also ask what a first one has predicted of pixels.
 
-After Tu and Bai 2010 (Auto-Context and Its Application to High-Level Vision Tasks and 3D Brain Image Segmentation).
+That is whether they are the person's, and of which class the objects are. After Tu and Bai 2010 (Auto-Context and Its Application to High-Level Vision Tasks and 3D Brain Image Segmentation).
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from forests.frames import DepthFrame, FrameSequence, FrameSubset, Hints, LabelTable
+from forests.frames import DepthFrame, FrameSequence, FrameSubset, LabelTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.model import ForestTree, OARFModel
 from forests.oarf.predict import Predictor
@@ -17,8 +17,8 @@ from forests.tree import TreeStore
 
 
 @dataclass(frozen=True)
-class LabelledFrames:
-    """Frames of which the labels are told that forests predict which have not learned from them.
+class PredictedFrames:
+    """Frames of which is told what forests predict that have not learned from them.
 
     Attributes:
         frames: The frames.
@@ -39,7 +39,7 @@ class LabelledFrames:
     def __getitem__(self, index: int) -> DepthFrame:
         frame, n_folds = self.frames[index], len(self.predictors)
         fold = next(k for k in range(n_folds) if index < fold_end(k, len(self), n_folds))
-        return replace(frame, hints=Hints(self.predictors[fold].label_pixels(frame.depth, frame.camera)))
+        return replace(frame, hints=self.predictors[fold].hints_of(frame.depth, frame.camera))
 
 
 def fold_end(fold: int, n_frames: int, n_folds: int) -> int:
@@ -56,10 +56,10 @@ def train_with_context(
     checkpoint: TreeStore[ForestTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
 ) -> OARFModel:
-    """Trains a first forest, and a second one whose trees may ask for the labels that the first predicts.
+    """Trains a first forest, and a second one whose trees may ask what the first predicts of pixels.
 
-    On training frames these labels come from forests of one tree that have learned from the other half of the
-    frames: those of the first forest itself would be better there than they are on new frames.
+    On training frames this comes from forests of one tree that have learned from the other half of the frames: the
+    predictions of the first forest itself would be better there than they are on new frames.
 
     Args:
         frames: Training frames; each is read a few times.
@@ -86,9 +86,9 @@ def train_with_context(
         store = ShiftedStore(checkpoint, 2 * n_trees + fold) if checkpoint else None
         predictors.append(Predictor(_train_apart(frames, config, fold, n_threads, store)))
         on_progress((n_trees + (fold + 1) / N_FOLDS) / total)
-    labelled = LabelledFrames(frames, predictors)
+    predicted = PredictedFrames(frames, predictors)
     shown = show(n_trees + 1, n_trees)
-    second = train_forest(labelled, config, n_threads=n_threads, checkpoint=checkpoint, on_progress=shown)
+    second = train_forest(predicted, config, n_threads=n_threads, checkpoint=checkpoint, on_progress=shown)
     model = replace(second, context=first)
     return tune(model, validation, n_threads) if validation is not None and len(validation) else model
 

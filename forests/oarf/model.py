@@ -55,7 +55,7 @@ class OARFModel:
         trees: The trees.
         tuning: What was learned on validation frames.
         skeleton: What makes one skeleton out of the joints' proposals; None = joints are answered one by one.
-        context: The forest whose labels of pixels the trees ask for as hints; None = hints are told, or not asked for.
+        context: The forest whose predictions of pixels are the trees' hints; None = hints are told, or not asked for.
     """
 
     config: OARFConfig

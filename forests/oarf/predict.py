@@ -214,6 +214,12 @@ class Predictor:
         out[voters.rows + voters.top, voters.columns + voters.left] = mean.argmax(axis=1) + 1
         return out
 
+    def hints_of(self, depth: NDArray[np.uint16], camera: Pinhole) -> Hints:
+        """What a forest that learns after this one is told of an image: `label_pixels`, where all body parts are 1."""
+        beyond = np.maximum(self.label_pixels(depth, camera), self.model.classes.n_parts)
+        named = beyond - np.uint8(self.model.classes.n_parts - 1)
+        return Hints(named * (np.asarray(depth) > 0))
+
     def _occluder_probability(self, leaves: NDArray[np.int32]) -> NDArray[np.float32]:
         """(n_trees, n) float32 of leaves (n_trees, n)."""
         return np.asarray(self._probability[leaves][..., self.model.classes.n_parts :].sum(axis=-1))
@@ -224,7 +230,7 @@ class Predictor:
             raise ValueError(f"n_pixels={n} must be at least 1")
         hints = self._told
         if self._context is not None:
-            hints = Hints(self._context.label_pixels(image, camera))
+            hints = self._context.hints_of(image, camera)
         check_hints(self._asked, hints, image.shape)
         crop = crop_image(image, camera)
         width, height = int(crop.width[0]), int(crop.height[0])

@@ -47,7 +47,7 @@ class HintedFrames:
 
 
 def frames_told(frames: CorpusFrames, told: Told | None) -> FrameSequence:
-    """Frames of which a truth is told beside depth, if any is: labels are predicted by the model itself."""
+    """Frames of which a truth is told beside depth, if any is: what is predicted, the model predicts itself."""
     return frames if told is None or told not in _TRUTHS else HintedFrames(frames, told)
 
 

@@ -40,7 +40,7 @@ def train_model(
     try:
         train_into(
             path,
-            job.kind if job.told != "labels" else replace(job.kind, tools=_context_tools),
+            job.kind if job.told != "predicted" else replace(job.kind, tools=_context_tools),
             job.config,
             frames,
             validation,
@@ -54,7 +54,7 @@ def train_model(
 
 
 def _context_tools() -> Tools:
-    """The functions of regression forests, with a training that learns from the labels of a first forest."""
+    """The functions of regression forests, with a training that learns from the predictions of a first forest."""
     from forests.oarf.context import train_with_context
 
     return KINDS["oarf"].tools()._replace(train=train_with_context)

@@ -1,4 +1,4 @@
-"""A second forest that may ask for the labels that a first one predicts."""
+"""A second forest that may ask what a first one predicts of pixels."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 from forests.frames import DepthFrame, Hints, Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
-from forests.oarf.context import LabelledFrames, train_with_context
+from forests.oarf.context import PredictedFrames, train_with_context
 from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, pack_model, save_model, unpack_model
 from forests.oarf.train import train_forest
@@ -84,7 +84,7 @@ def test_the_second_forest_is_told_what_the_first_predicts(model):
     assert not predictor.asks_for_hints
     assert told.asks_for_hints
     for frame in Scenes(3, 2).frames:
-        hints = Hints(Predictor(first).label_pixels(frame.depth, CAMERA))
+        hints = Predictor(first).hints_of(frame.depth, CAMERA)
         ours, theirs = predictor.predict(frame.depth, CAMERA), told.given(hints).predict(frame.depth, CAMERA)
         assert np.array_equal(ours.proposals, theirs.proposals, equal_nan=True)
         assert np.array_equal(ours.probability, theirs.probability)
@@ -94,17 +94,17 @@ def test_the_second_forest_is_told_what_the_first_predicts(model):
         )
 
 
-def test_labels_of_a_training_frame_come_from_a_forest_that_has_not_seen_it():
+def test_what_is_told_of_a_training_frame_comes_from_a_forest_that_has_not_seen_it():
     frames = Scenes(7, 0)
 
     class Named:
         def __init__(self, number):
             self.number = number
 
-        def label_pixels(self, depth, camera):
-            return np.full(depth.shape, self.number, np.uint8)
+        def hints_of(self, depth, camera):
+            return Hints(np.full(depth.shape, self.number, np.uint8))
 
-    labelled = LabelledFrames(frames, [Named(1), Named(2)])
+    labelled = PredictedFrames(frames, [Named(1), Named(2)])
     told = [int(labelled[k].hints.classes[0, 0]) for k in range(len(labelled))]
     assert told == [1, 1, 1, 2, 2, 2, 2]
     assert (labelled.labels, len(labelled)) == (LABELS, 7)
@@ -147,3 +147,13 @@ def test_both_forests_come_out_of_their_file(model, tmp_path):
 def test_too_few_frames_are_refused():
     with pytest.raises(ValueError, match="1 training frames cannot be divided into 2 folds"):
         train_with_context(Scenes(1, 0), CONFIG)
+
+
+def test_hints_merge_the_body_parts_and_name_the_objects(model):
+    predictor = Predictor(model.context)
+    frame = Scenes(1, 3)[0]
+    labels, hints = predictor.label_pixels(frame.depth, CAMERA), predictor.hints_of(frame.depth, CAMERA).classes
+    assert {1, 2} <= set(np.unique(labels))
+    assert labels.max() > 2
+    lookup = np.array([0, 1, 1, 2, 3], np.uint8)
+    assert np.array_equal(hints, lookup[labels])

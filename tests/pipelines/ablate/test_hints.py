@@ -96,8 +96,8 @@ def test_nothing_but_hints_is_added(recorded):
     toy_corpus = recorded()
     frames = frames_of(toy_corpus)
     assert frames_told(frames, None) is frames
-    assert frames_told(frames, "labels") is frames
-    for told in set(get_args(Told)) - {"labels"}:
+    assert frames_told(frames, "predicted") is frames
+    for told in set(get_args(Told)) - {"predicted"}:
         with_hints = frames_told(frames, told)
         assert (len(with_hints), with_hints.labels) == (len(frames), frames.labels)
         plain, frame = frames[0], with_hints[0]
@@ -188,5 +188,5 @@ def test_the_ablation_tells_by_how_much_each_oracle_is_better(tmp_path, capsys):
     models = {
         told: out / item["rows"]["semantic"]["trainings"][0]["model"]["file"] for told, item in conditions.items()
     }
-    assert load_model(models["labels"]).model.context is not None
+    assert load_model(models["predicted"]).model.context is not None
     assert all(tree.hints is None for tree in load_model(models["nothing"]).model.trees)
