@@ -1,6 +1,7 @@
 """Auto-context: a second forest whose trees may also ask what a first one has predicted of pixels.
 
-That is whether they are the person's, and of which class the objects are. After Tu and Bai 2010 (Auto-Context and Its Application to High-Level Vision Tasks and 3D Brain Image Segmentation).
+That is whether they are the person's, and of which class the objects are. After Tu and Bai 2010 (Auto-Context and Its
+Application to High-Level Vision Tasks and 3D Brain Image Segmentation).
 """
 
 from collections.abc import Callable, Sequence
