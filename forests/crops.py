@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from forests.frames import Pinhole
+from forests.frames import Hints, Pinhole
 
 NOTHING = np.uint16(65535)
 """Depth of a pixel where nothing is, and of every read outside the crop [mm] (a large constant, as Shotton et al.
@@ -25,6 +25,8 @@ class Crops(NamedTuple):
         height: (n_frames,) int32, rows with the border.
         origin: (n_frames, 2) int32, (column, row) in the image of the crop's pixel (0, 0), border counted.
         intrinsics: (n_frames, 4) float32, (fx, fy, cx, cy) of the image [px].
+        classes: (n_pixels,) uint8, `Hints.classes` as `pixels` has the depth, 0 in the border; empty without.
+        facts: (n_frames, n_facts) int16, `Hints.facts`; empty without.
     """
 
     pixels: NDArray[np.uint16]
@@ -33,6 +35,8 @@ class Crops(NamedTuple):
     height: NDArray[np.int32]
     origin: NDArray[np.int32]
     intrinsics: NDArray[np.float32]
+    classes: NDArray[np.uint8] = np.zeros(0, np.uint8)
+    facts: NDArray[np.int16] = np.zeros((0, 0), np.int16)
 
 
 class CropWriter:
@@ -48,6 +52,8 @@ class CropWriter:
         self._sizes: list[tuple[int, int]] = []
         self._origins: list[tuple[int, int]] = []
         self._intrinsics: list[tuple[float, float, float, float]] = []
+        self._classes: list[NDArray[np.uint8]] = []
+        self._facts: list[NDArray[np.int16]] = []
 
     def __enter__(self) -> "CropWriter":
         return self
@@ -55,15 +61,19 @@ class CropWriter:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def add(self, depth: NDArray[np.uint16], camera: Pinhole) -> tuple[int, int]:
+    def add(self, depth: NDArray[np.uint16], camera: Pinhole, hints: Hints | None = None) -> tuple[int, int]:
         """Adds an image's foreground.
 
         Args:
             depth: (height, width) uint16 [mm], 0 = nothing.
             camera: Its intrinsics.
+            hints: What trees are told beside it, of all images alike or of none; kept in memory.
 
         Returns:
             (column, row) in the image of the crop's pixel (0, 0).
+
+        Raises:
+            ValueError: Classes of another shape than the depth.
         """
         left, top, right, bottom = foreground_box(depth)
         crop = np.empty((bottom - top + 2, right - left + 2), np.uint16)
@@ -72,10 +82,21 @@ class CropWriter:
         self._sizes.append((crop.shape[1], crop.shape[0]))
         self._origins.append((left - 1, top - 1))
         self._intrinsics.append((camera.fx, camera.fy, camera.cx, camera.cy))
+        if hints is not None:
+            self._facts.append(hints.facts)
+            if hints.classes is not None and hints.classes.shape != depth.shape:
+                shapes = f"{hints.classes.shape}, must be that of the depth, {depth.shape}"
+                raise ValueError(f"hints have classes of shape {shapes}")
+            if hints.classes is not None:
+                self._classes.append(crop_classes(hints.classes, left - 1, top - 1, crop.shape))
         return left - 1, top - 1
 
     def finish(self) -> Crops:
-        """All crops so far."""
+        """All crops so far.
+
+        Raises:
+            ValueError: Hints of some of the images alone, or different ones.
+        """
         sizes = np.array(self._sizes, np.int32).reshape(-1, 2)
         n_pixels = sizes.astype(np.int64).prod(axis=1)
         start = np.concatenate([np.zeros(1, np.int64), np.cumsum(n_pixels)])
@@ -89,7 +110,30 @@ class CropWriter:
         width, height = np.ascontiguousarray(sizes[:, 0]), np.ascontiguousarray(sizes[:, 1])
         origin = np.array(self._origins, np.int32).reshape(-1, 2)
         intrinsics = np.array(self._intrinsics, np.float32).reshape(-1, 4)
-        return Crops(pixels, start[:-1], width, height, origin, intrinsics)
+        return Crops(pixels, start[:-1], width, height, origin, intrinsics, *self._hints())
+
+    def _hints(self) -> tuple[NDArray[np.uint8], NDArray[np.int16]]:
+        """Classes and facts of all crops."""
+        n, n_facts = len(self._sizes), {len(facts) for facts in self._facts}
+        if len(self._classes) not in (0, n) or len(self._facts) not in (0, n) or len(n_facts) > 1:
+            raise ValueError("hints must tell the same of all frames, or nothing of any")
+        classes = np.concatenate(self._classes) if self._classes else np.zeros(0, np.uint8)
+        return classes, np.stack(self._facts) if self._facts else np.zeros((0, 0), np.int16)
+
+
+def crop_classes(classes: NDArray[np.uint8], left: int, top: int, size: tuple[int, ...]) -> NDArray[np.uint8]:
+    """(height * width,) uint8: the part of `Hints.classes` under a crop with a border, where it is 0.
+
+    Args:
+        classes: Of an image.
+        left: Column in the image of the crop's first column.
+        top: Row in the image of the crop's first row.
+        size: (height, width) of the crop.
+    """
+    height, width = size
+    crop = np.zeros((height, width), np.uint8)
+    crop[1:-1, 1:-1] = classes[top + 1 : top + height - 1, left + 1 : left + width - 1]
+    return crop.reshape(-1)
 
 
 def crop_image(depth: NDArray[np.uint16], camera: Pinhole) -> Crops:

@@ -1,4 +1,8 @@
-"""The depth comparison feature of Shotton et al. 2011 (equation 1): two probes, scaled by the pixel's depth."""
+"""The depth comparison feature of Shotton et al. 2011 (equation 1): two probes, scaled by the pixel's depth.
+
+In experiments trees may ask for hints (`forests.frames.Hints`) instead. What a node asks is a number: 0 = the
+difference of depths; c > 0 = whether its first probe hits class c; -1 - k = fact k of the frame.
+"""
 
 import numpy as np
 from numba import int32, njit
@@ -19,6 +23,8 @@ _DIRECTIONS = np.stack(
 _DIRECTION_BITS = np.uint64(_N_DIRECTIONS - 1)
 _LENGTH_BITS = np.uint64(2**20 - 1)
 _LENGTH_STEP = 1.0 / 2**20
+_HIT_STREAM = 0x3_0000_0000
+"""Beyond the numbers of candidates, which are hashed with the same seed, tree and node."""
 
 
 @njit(cache=True, nogil=True)
@@ -46,6 +52,35 @@ def draw_feature(seed: int, tree: int, node: int, candidate: int, max_offset: fl
     if key & np.uint64(1):
         out[2] = 0.0
         out[3] = 0.0
+
+
+@njit(cache=True, nogil=True)
+def draw_hit(
+    seed: int, tree: int, node: int, candidate: int, n_classes: int, max_offset: float, out: np.ndarray
+) -> int:
+    """Draws a candidate that asks whether its first probe hits a class; in one of eight it is the pixel itself.
+
+    Args:
+        seed: Of the forest.
+        tree: The tree's number.
+        node: The node's number in the full binary tree.
+        candidate: The candidate's number among those of its kind.
+        n_classes: Classes are 1..n_classes.
+        max_offset: Longest offset [m].
+        out: (4,) float32 (ux, uy, 0, 0) [m] to fill.
+
+    Returns:
+        The class.
+    """
+    key = hash4(seed, tree, node, _HIT_STREAM + candidate)
+    direction = key & _DIRECTION_BITS
+    length = np.float32(max_offset * _LENGTH_STEP * float((key >> np.uint64(10)) & _LENGTH_BITS))
+    key >>= np.uint64(30)
+    if key & np.uint64(7) == 0:
+        length = np.float32(0.0)
+    out[:] = 0.0
+    out[0], out[1] = length * _DIRECTIONS[direction, 0], length * _DIRECTIONS[direction, 1]
+    return 1 + int((key >> np.uint64(3)) % np.uint64(n_classes))
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -133,3 +168,44 @@ def probe(
     column = min(max(x + fx_z * dx, half), np.float32(width) - half)
     row = min(max(y + fy_z * dy, half), np.float32(height) - half)
     return pixels[start + np.int64(int32(row) * width + int32(column))]
+
+
+@njit(cache=True, nogil=True)
+def hit_values(classes: np.ndarray, start: np.ndarray, places: np.ndarray, hint: int, values: np.ndarray) -> None:
+    """Whether the probes of many pixels hit a class: FEATURE_LIMIT_MM or 0.
+
+    Args:
+        classes: (n_pixels,) uint8, `Crops.classes`.
+        start: (n,) int64, where the pixel's crop starts.
+        places: (n,) int32 of `probe_places`.
+        hint: The class.
+        values: (n,) int32 to fill.
+    """
+    for i in range(len(values)):
+        values[i] = int32(FEATURE_LIMIT_MM) if classes[start[i] + places[i]] == hint else int32(0)
+
+
+@njit(cache=True, nogil=True)
+def fact_values(facts: np.ndarray, frame: np.ndarray, hint: int, values: np.ndarray) -> None:
+    """Fact -1 - hint of many pixels' frames.
+
+    Args:
+        facts: (n_frames, n_facts) int16, `Crops.facts`.
+        frame: (n,) int32.
+        hint: Below 0.
+        values: (n,) int32 to fill.
+    """
+    for i in range(len(values)):
+        values[i] = int32(facts[frame[i], -1 - hint])
+
+
+@njit(cache=True, nogil=True)
+def hint_value(
+    classes: np.ndarray, facts: np.ndarray, frame: int, start: int, width: int, height: int,
+    x: float, y: float, fx_z: float, fy_z: float, feature: np.ndarray, hint: int,
+) -> int:  # fmt: skip
+    """What `hit_values` or `fact_values` tells of a single pixel; x, y plus one half."""
+    if hint < 0:
+        return int32(facts[frame, -1 - hint])
+    is_hit = probe(classes, start, width, height, x, y, fx_z, fy_z, feature[0], feature[1]) == hint
+    return int32(FEATURE_LIMIT_MM) if is_hit else int32(0)

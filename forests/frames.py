@@ -1,11 +1,15 @@
 """What forests eat: depth images with pixel labels and joints, as arrays."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+FACT_LIMIT = 2000
+"""Greatest value of a fact in `Hints`."""
+MOST_FACTS = 256
 
 
 class Pinhole(Protocol):
@@ -79,6 +83,32 @@ class LabelTable:
 
 
 @dataclass(frozen=True)
+class Hints:
+    """What trees may ask of a frame beside its depth, in experiments.
+
+    These are truths, to bound what knowing them is worth, or what another forest has predicted.
+
+    Attributes:
+        classes: (height, width) uint8, a class by pixel of the composite, 0 = none; None = none is told.
+        facts: (n_facts,) int16 of the whole frame, within +-FACT_LIMIT; something that holds or not is FACT_LIMIT
+            or 0.
+    """
+
+    classes: NDArray[np.uint8] | None = None
+    facts: NDArray[np.int16] = field(default_factory=lambda: np.zeros(0, np.int16))
+
+    def __post_init__(self) -> None:
+        if self.classes is not None and (self.classes.ndim != 2 or self.classes.dtype != np.uint8):
+            raise ValueError(
+                f"classes are {self.classes.dtype} {self.classes.shape}, must be uint8 (height, width)"
+            )
+        if self.facts.ndim != 1 or self.facts.dtype != np.int16:
+            raise ValueError(f"facts are {self.facts.dtype} {self.facts.shape}, must be int16 (n_facts,)")
+        if len(self.facts) > MOST_FACTS or np.abs(self.facts.astype(np.int32)).max(initial=0) > FACT_LIMIT:
+            raise ValueError(f"there may be {MOST_FACTS} facts at most, each within +-{FACT_LIMIT}")
+
+
+@dataclass(frozen=True)
 class DepthFrame:
     """One training or test image: what the sensor sees, and the person alone.
 
@@ -90,6 +120,7 @@ class DepthFrame:
         joints: (n_joints, 3) float32, camera frame [m]; NaN = unknown.
         is_occluded: (n_joints,) bool, an object hides the joint.
         camera: Intrinsics.
+        hints: What trees are told of it beside depth; None but in experiments.
     """
 
     depth: NDArray[np.uint16]
@@ -99,6 +130,7 @@ class DepthFrame:
     joints: NDArray[np.float32]
     is_occluded: NDArray[np.bool_]
     camera: Pinhole
+    hints: Hints | None = None
 
 
 class FrameSequence(Protocol):

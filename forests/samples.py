@@ -71,7 +71,7 @@ def gather(
     """Reads every frame once, keeps its crop, and draws pixels from it.
 
     A pixel's chance depends on (seed, frame, row, column) alone: the body's pixels that both layers show are
-    drawn or left out in both.
+    drawn or left out in both. Hints tell of the composite; the body layer is learned without them.
 
     Args:
         frames: The frames.
@@ -84,7 +84,7 @@ def gather(
         on_frame: Called after each frame.
 
     Raises:
-        ValueError: No frame shows anything.
+        ValueError: No frame shows anything, or hints of some frames alone.
     """
     parts: list[Samples] = []
     joints = np.empty((len(frames), frames.labels.n_joints, 3), np.float32)
@@ -92,7 +92,7 @@ def gather(
         for index in range(len(frames)):
             frame = frames[index]
             depth, label = image_of(frame, layer)
-            origin = writer.add(depth, frame.camera)
+            origin = writer.add(depth, frame.camera, frame.hints if layer == "composite" else None)
             joints[index] = frame.joints
             drawn = draw_pixels(label, frames.labels.n_parts, n_body_pixels, n_occluder_pixels, seed, index)
             parts.append(_samples_of(index, depth, label, origin, drawn))

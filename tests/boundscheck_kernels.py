@@ -5,8 +5,8 @@ Prints the names of what ran. The last one reads out of range on purpose: withou
 
 import numpy as np
 
-from forests.crops import Crops, crop_image
-from forests.frames import Intrinsics, LabelTable
+from forests.crops import Crops, CropWriter, crop_image
+from forests.frames import Hints, Intrinsics, LabelTable
 from forests.growing import GrowthConfig, grow_class_tree, grow_direction_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
@@ -59,7 +59,8 @@ def regression_forest(training: TrainingSet) -> OARFModel:
     grown = grow_class_tree(training.crops, training.samples, wanted, classes.n_classes, GROWTH, 0, 0, 1)
     rules = LeafRules(classes.n_classes, classes.n_parts, 0.05, config.n_leaf_votes, 0, 0, n_drawn=20, n_starts=8)
     leaves = pack_leaves(leaf_table(training, wanted, grown, rules))
-    return OARFModel(config, LABELS, classes, (ForestTree(grown.nodes, leaves),), untuned(LABELS.n_joints))
+    tree = ForestTree(grown.nodes, leaves, grown.hints if len(grown.hints) else None)
+    return OARFModel(config, LABELS, classes, (tree,), untuned(LABELS.n_joints))
 
 
 def predict() -> None:
@@ -70,6 +71,18 @@ def predict() -> None:
         assert np.isfinite(predictor.predict(depth, CAMERA, box).joints).all()
     assert (predictor.label_pixels(depth, CAMERA) > 0).sum() == (depth > 0).sum()
     assert np.isnan(predictor.predict(np.zeros_like(depth), CAMERA).joints).all()
+
+
+def predict_told() -> None:
+    """Trees that ask for classes and facts beside depth, where depth tells nothing."""
+    depth, label = image()
+    hints = Hints(label, np.array([7, -7], np.int16))
+    with CropWriter(2**20) as writer:
+        writer.add(depth, CAMERA, hints)
+        crops = writer.finish()
+    predictor = Predictor(regression_forest(learned(crops)))
+    assert predictor.asks_for_hints
+    assert np.isfinite(predictor.given(hints).predict(depth, CAMERA).joints).all()
 
 
 def walk() -> None:
@@ -134,6 +147,6 @@ def read_out_of_range() -> None:
 
 
 if __name__ == "__main__":
-    for kernels in (predict, walk, render, nearest, read_out_of_range):
+    for kernels in (predict, predict_told, walk, render, nearest, read_out_of_range):
         kernels()
         print(kernels.__name__)  # noqa: T201

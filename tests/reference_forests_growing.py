@@ -101,3 +101,37 @@ def descend(crops, samples, nodes):
             number = node["left"] + int(value > node["threshold"])
         leaves[s] = nodes["leaf"][number]
     return leaves
+
+
+def hint_of(crops, samples, s, feature, hint):
+    """What a node asks of a sample's hints: whether a probe hits a class, or a fact; 2000 and 0 for yes and no."""
+    frame = samples.frame[s]
+    if hint < 0:
+        return int(crops.facts[frame][-hint - 1])
+    start, width, height = crops.start[frame], crops.width[frame], crops.height[frame]
+    classes = crops.classes[start : start + width * height].reshape(height, width)
+    per_metre = [
+        np.float32(f) * np.float32(1000) / np.float32(samples.z_mm[s]) for f in crops.intrinsics[frame, :2]
+    ]
+    column = int(np.floor(np.float32(samples.x[s] + 0.5) + per_metre[0] * np.float32(feature[0])))
+    row = int(np.floor(np.float32(samples.y[s] + 0.5) + per_metre[1] * np.float32(feature[1])))
+    inside = 0 <= row < height and 0 <= column < width
+    return FEATURE_LIMIT_MM * int(inside and classes[row, column] == hint)
+
+
+def descend_with_hints(crops, samples, nodes, hints):
+    """(n,) leaf of every sample of a tree that asks for hints too, one decision at a time."""
+    images = crop_images(crops)
+    leaves = np.empty(len(samples.frame), np.int64)
+    for s, frame in enumerate(samples.frame):
+        number = 0
+        while nodes["leaf"][number] < 0:
+            node, focal = nodes[number], crops.intrinsics[frame, :2]
+            feature = np.concatenate([node["u"], node["v"]])
+            if hints[number]:
+                value = hint_of(crops, samples, s, feature, int(hints[number]))
+            else:
+                value = feature_value(images[frame], samples.x[s], samples.y[s], samples.z_mm[s], focal, feature)
+            number = node["left"] + int(value > node["threshold"])
+        leaves[s] = nodes["leaf"][number]
+    return leaves

@@ -18,6 +18,8 @@ _PICK_STREAM = 0x7_0000_0000
 class Target(NamedTuple):
     """What a tree separates; n_classes = 0 means directions.
 
+    With classes and directions, nodes that hold one class alone are split by directions.
+
     Attributes:
         classes: (n,) uint8, or empty.
         n_classes: Classes are 0..n_classes-1.
@@ -42,6 +44,7 @@ class NodeSamples(NamedTuple):
         width: (m,) int32 [px].
         start: (m,) int64, of the crop in `Crops.pixels`.
         z_mm: (m,) int32.
+        frame: (m,) int32.
         column: (m,) int32, the sample's class among the classes alive in the node.
         direction: (m, 3) int32, or (0, 3).
     """
@@ -55,6 +58,7 @@ class NodeSamples(NamedTuple):
     width: NDArray[np.int32]
     start: NDArray[np.int64]
     z_mm: NDArray[np.int32]
+    frame: NDArray[np.int32]
     column: NDArray[np.int32]
     direction: NDArray[np.int32]
 
@@ -71,6 +75,7 @@ def empty_buffers(m: int, n_directions: int) -> NodeSamples:
         np.empty(m, np.float32),
         np.empty(m, np.int32),
         np.empty(m, np.int64),
+        np.empty(m, np.int32),
         np.empty(m, np.int32),
         np.empty(m, np.int32),
         np.empty((n_directions, 3), np.int32),
@@ -90,6 +95,7 @@ def first(buffers: NodeSamples, m: int) -> NodeSamples:
         buffers.width[:m],
         buffers.start[:m],
         buffers.z_mm[:m],
+        buffers.frame[:m],
         buffers.column[:m],
         buffers.direction[:m],
     )
@@ -135,6 +141,7 @@ def gather_node(
         buffers.width[k] = crops.width[frame]
         buffers.start[k] = crops.start[frame]
         buffers.z_mm[k] = z_mm
+        buffers.frame[k] = frame
         if target.n_classes:
             buffers.column[k] = column_of[target.classes[s]]
         else:

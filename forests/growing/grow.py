@@ -39,6 +39,7 @@ def grow_class_tree(
     tree: int,
     n_threads: int,
     on_samples: Callable[[int], object] = lambda n: None,
+    offsets: NDArray[np.int16] | None = None,
 ) -> GrownTree:
     """Grows one tree by information gain on Shannon entropy (equations 2-4).
 
@@ -55,9 +56,11 @@ def grow_class_tree(
         tree: The tree's number.
         n_threads: Threads.
         on_samples: Called, from the calling thread, with the number of further samples that reached their leaf.
+        offsets: (n, 3) int16, by whose summed squared deviation nodes of one class alone are split; None: they
+            are leaves.
 
     Raises:
-        ValueError: No samples, or classes that do not fit them.
+        ValueError: No samples, or classes or offsets that do not fit them.
     """
     if not 1 <= n_classes <= 256:
         raise ValueError(f"n_classes={n_classes} must be in 1..256")
@@ -65,7 +68,8 @@ def grow_class_tree(
         raise ValueError(f"classes are {classes.dtype} {classes.shape}, must be uint8 {samples.frame.shape}")
     if len(classes) and classes.max() >= n_classes:
         raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
-    target = Target(np.ascontiguousarray(classes), n_classes, np.empty((0, 3), np.int16))
+    further = np.empty((0, 3), np.int16) if offsets is None else _vectors("offsets", offsets, len(classes))
+    target = Target(np.ascontiguousarray(classes), n_classes, further)
     return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
 
 
@@ -94,11 +98,15 @@ def grow_direction_tree(
     Raises:
         ValueError: No samples, or directions that do not fit them.
     """
-    shape = (len(samples.frame), 3)
-    if directions.shape != shape or directions.dtype != np.int16:
-        raise ValueError(f"directions are {directions.dtype} {directions.shape}, must be int16 {shape}")
-    target = Target(np.empty(0, np.uint8), 0, np.ascontiguousarray(directions))
+    target = Target(np.empty(0, np.uint8), 0, _vectors("directions", directions, len(samples.frame)))
     return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
+
+
+def _vectors(name: str, values: NDArray[np.int16], n: int) -> NDArray[np.int16]:
+    """Checked to be (n, 3) int16."""
+    if values.shape != (n, 3) or values.dtype != np.int16:
+        raise ValueError(f"{name} are {values.dtype} {values.shape}, must be int16 {(n, 3)}")
+    return np.ascontiguousarray(values)
 
 
 def _grow(
@@ -130,6 +138,8 @@ def _grow(
         config.n_finalists,
         config.min_samples_leaf,
         config.max_offset_m,
+        int(crops.classes.max(initial=0)),
+        crops.facts.shape[1],
     )
     order = np.arange(n, dtype=np.int32)
     stop = np.zeros(1, np.bool_)

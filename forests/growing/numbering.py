@@ -17,11 +17,13 @@ class GrownTree(NamedTuple):
         nodes: (n_nodes,) of NODE_DTYPE, breadth first.
         leaf_start: (n_leaves + 1,) int64: the samples of leaf l are order[leaf_start[l]:leaf_start[l + 1]].
         order: (n_samples,) int32, a permutation of the samples, in image order within a leaf.
+        hints: (n_nodes,) int16, what each node asks (`forests.features`), or empty: all ask for depth.
     """
 
     nodes: NDArray
     leaf_start: NDArray[np.int64]
     order: NDArray[np.int32]
+    hints: NDArray[np.int16] = np.zeros(0, np.int16)
 
 
 def numbered(grown: GrownNodes, order: NDArray[np.int32]) -> GrownTree:
@@ -41,7 +43,8 @@ def numbered(grown: GrownNodes, order: NDArray[np.int32]) -> GrownTree:
     nodes["leaf"] = np.where(is_split, -1, np.cumsum(~is_split) - 1)
     begin, end = grown.begin[by_number][~is_split], grown.end[by_number][~is_split]
     leaf_start = np.concatenate([np.zeros(1, np.int64), np.cumsum(end - begin)])
-    return GrownTree(nodes, leaf_start, _by_leaf(order, begin, leaf_start))
+    hints = grown.hint[by_number] if grown.hint.any() else np.zeros(0, np.int16)
+    return GrownTree(nodes, leaf_start, _by_leaf(order, begin, leaf_start), hints)
 
 
 @njit(cache=True, nogil=True)

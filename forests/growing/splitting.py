@@ -7,15 +7,18 @@ from numba import int32, njit, uint32
 from numpy.typing import NDArray
 
 from forests.crops import Crops
-from forests.features import draw_feature, feature_values
+from forests.features import draw_feature, draw_hit, fact_values, feature_values, hit_values, probe_places
 from forests.growing.bins import bin_threshold, bin_values, inner_range, n_inner_bins
 from forests.growing.buffers import NodeSamples, Target, empty_buffers, first, gather_node
 from forests.growing.gain import direction_gain, entropy_gain, n_log_n_table
 from forests.samples import Samples
 
+DEPTH_TO_HITS = 4
+"""Where hints have classes, candidates that ask for depth to one that asks whether a probe hits a class."""
+
 
 class Rules(NamedTuple):
-    """`GrowthConfig` and what names the tree, for kernels."""
+    """`GrowthConfig`, what names the tree, and how many classes and facts hints have (0 = none), for kernels."""
 
     seed: int
     tree: int
@@ -28,6 +31,8 @@ class Rules(NamedTuple):
     n_finalists: int
     min_samples_leaf: int
     max_offset: float
+    n_hint_classes: int
+    n_facts: int
 
 
 class Scratch(NamedTuple):
@@ -43,7 +48,7 @@ class Scratch(NamedTuple):
         left: (256,) uint32, by class alive.
         total: (256,) uint32, by class alive.
         column_of: (256,) int32, class -> class alive.
-        gains: (n_candidates,) float64.
+        gains: (n_candidates + candidates for hints,) float64.
         largest: (n_finalists,) float64.
         n_log_n: (max_samples + 1,) int64.
     """
@@ -66,17 +71,19 @@ class Pool(NamedTuple):
     """A node's candidates.
 
     Attributes:
-        pixels: (n_pixels,) uint16, `Crops.pixels`.
+        crops: Images.
         node: The node's number in the full binary tree.
         n_classes: As in `Target`.
         n_columns: Classes alive, or 4: words a bin.
+        n_depth: The first so many candidates ask for depth, the rest for hints.
         gains: (n_candidates,) float64, gains so far.
     """
 
-    pixels: NDArray[np.uint16]
+    crops: Crops
     node: int
     n_classes: int
     n_columns: int
+    n_depth: int
     gains: NDArray[np.float64]
 
 
@@ -99,21 +106,21 @@ class Judged(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
+def make_scratch(rules: Rules, target: Target, n: int) -> Scratch:
     """Memory for splitting nodes of up to n samples."""
     m = min(n, max(rules.max_samples, rules.n_racing_samples))
     n_bins = rules.n_thresholds + 1
     return Scratch(
-        empty_buffers(m, 0 if n_classes else m),
+        empty_buffers(m, m if len(target.directions) else 0),
         np.empty(4, np.float32),
         np.empty(m, np.int32),
         np.empty(m, np.int32),
-        np.empty(n_bins * n_classes, np.uint32),
+        np.empty(n_bins * target.n_classes, np.uint32),
         np.empty(n_bins * 4, np.int64),
         np.empty(256, np.uint32),
         np.empty(256, np.uint32),
         np.empty(256, np.int32),
-        np.empty(rules.n_candidates, np.float64),
+        np.empty(rules.n_candidates + n_hint_candidates(rules.n_candidates, rules), np.float64),
         np.empty(rules.n_finalists, np.float64),
         n_log_n_table(m),
     )
@@ -122,7 +129,7 @@ def make_scratch(rules: Rules, n_classes: int, n: int) -> Scratch:
 @njit(cache=True, nogil=True)
 def best_split(
     crops: Crops, samples: Samples, target: Target, members: np.ndarray, node: int, rules: Rules, scratch: Scratch
-) -> tuple[bool, int]:
+) -> tuple[bool, int, int]:
     """The best split of a node; its offsets are left in `scratch.feature`.
 
     Args:
@@ -135,17 +142,20 @@ def best_split(
         scratch: Memory.
 
     Returns:
-        (a split was found, threshold [mm]).
+        (a split was found, threshold [mm], what is asked (`forests.features`)).
     """
     n_columns = _count_columns(target, members, scratch.column_of)
     if target.n_classes and n_columns == 1:
-        return False, 0
+        if len(target.directions) == 0:
+            return False, 0, 0
+        target, n_columns = Target(target.classes, 0, target.directions), 4
     n_racing = min(len(members), rules.n_racing_samples)
     m = min(len(members), rules.max_samples)
-    n_candidates = min(rules.n_candidates, rules.candidates_per_sample * len(members))
+    n_depth = min(rules.n_candidates, rules.candidates_per_sample * len(members))
+    n_candidates = n_depth + n_hint_candidates(n_depth, rules)
     gains = scratch.gains[:n_candidates]
     gains[:] = 0.0
-    pool = Pool(crops.pixels, node, target.n_classes, n_columns, gains)
+    pool = Pool(crops, node, target.n_classes, n_columns, n_depth, gains)
     least, n_final = 0.0, n_candidates
     if n_racing < m and rules.n_finalists < n_candidates:
         race = _gathered(crops, samples, target, members, n_racing, node, rules, scratch)
@@ -154,9 +164,30 @@ def best_split(
     final = _gathered(crops, samples, target, members, m, node, rules, scratch)
     best = _judge(pool, final, rules.min_samples_leaf, least, n_final, rules, scratch)
     if best.gain <= 1e-9 * m:
-        return False, 0
-    draw_feature(rules.seed, rules.tree, node, best.candidate, rules.max_offset, scratch.feature)
-    return True, bin_threshold(best.last_bin, best.low, best.high, n_inner_bins(m, rules.n_thresholds))
+        return False, 0, 0
+    hint = draw_candidate(pool, best.candidate, rules, scratch.feature)
+    return True, bin_threshold(best.last_bin, best.low, best.high, n_inner_bins(m, rules.n_thresholds)), hint
+
+
+@njit(cache=True, nogil=True)
+def n_hint_candidates(n_depth: int, rules: Rules) -> int:
+    """Candidates of a node that ask for hints beside those that ask for depth: every fact is one."""
+    n_hits = max(n_depth // DEPTH_TO_HITS, 1) if rules.n_hint_classes > 0 else 0
+    return n_hits + rules.n_facts
+
+
+@njit(cache=True, nogil=True)
+def draw_candidate(pool: Pool, candidate: int, rules: Rules, feature: np.ndarray) -> int:
+    """Draws a candidate's offsets; returns what it asks (`forests.features`)."""
+    if candidate < pool.n_depth:
+        draw_feature(rules.seed, rules.tree, pool.node, candidate, rules.max_offset, feature)
+        return 0
+    number = candidate - pool.n_depth
+    if number < rules.n_facts:
+        feature[:] = 0.0
+        return -1 - number
+    n_classes, limit = rules.n_hint_classes, rules.max_offset
+    return draw_hit(rules.seed, rules.tree, pool.node, number - rules.n_facts, n_classes, limit, feature)
 
 
 @njit(cache=True, nogil=True)
@@ -213,18 +244,19 @@ def _judge(
     Arrays are taken out of their tuples before the loop: inside it, that would cost more than a few probes.
     """
     m = len(node.x)
-    x, y, fx_z, fy_z = node.x, node.y, node.fx_z, node.fy_z
+    x, y, fx_z, fy_z, frame = node.x, node.y, node.fx_z, node.fy_z, node.frame
     right, bottom, width, start, z_mm = node.right, node.bottom, node.width, node.start, node.z_mm
     column, direction = node.column, node.direction
     places, values, feature = scratch.places[:m], scratch.values[:m], scratch.feature
     total, left, counts, sums = scratch.total[: pool.n_columns], scratch.left, scratch.counts, scratch.sums
     n_log_n, pixels, gains, n_columns, is_classes = (
         scratch.n_log_n,
-        pool.pixels,
+        pool.crops.pixels,
         pool.gains,
         pool.n_columns,
         pool.n_classes > 0,
     )
+    classes, facts = pool.crops.classes, pool.crops.facts
     n_inner = n_inner_bins(m, rules.n_thresholds)
     best, winner, best_bin, best_low, best_high = 0.0, -1, 0, int32(0), int32(0)
     n_judged = 0
@@ -232,8 +264,14 @@ def _judge(
         if gains[candidate] < least or n_judged == max_judged:
             continue
         n_judged += 1
-        draw_feature(rules.seed, rules.tree, pool.node, candidate, rules.max_offset, feature)
-        feature_values(pixels, x, y, fx_z, fy_z, right, bottom, width, start, z_mm, feature, places, values)
+        hint = draw_candidate(pool, candidate, rules, feature)
+        if hint == 0:
+            feature_values(pixels, x, y, fx_z, fy_z, right, bottom, width, start, z_mm, feature, places, values)
+        elif hint > 0:
+            probe_places(x, y, fx_z, fy_z, right, bottom, width, feature[0], feature[1], places)
+            hit_values(classes, start, places, hint, values)
+        else:
+            fact_values(facts, frame, hint, values)
         low, high = inner_range(values)
         bin_values(values, low, high, n_inner, n_columns, places)
         if is_classes:

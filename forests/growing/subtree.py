@@ -7,7 +7,7 @@ from numba import int32, njit
 from numpy.typing import NDArray
 
 from forests.crops import Crops
-from forests.features import difference, pixels_per_metre, probe
+from forests.features import difference, hint_value, pixels_per_metre, probe
 from forests.growing.buffers import Target
 from forests.growing.splitting import Rules, best_split, make_scratch
 from forests.samples import Samples
@@ -21,7 +21,8 @@ class GrownNodes(NamedTuple):
         begin: (n,) int64, the node's samples are order[begin:end].
         end: (n,) int64.
         feature: (n, 4) float32 (ux, uy, vx, vy) [m].
-        threshold: (n,) int32 [mm].
+        threshold: (n,) int32 [mm], or of the hint.
+        hint: (n,) int16, what is asked (`forests.features`).
         is_split: (n,) bool, False = leaf.
     """
 
@@ -30,6 +31,7 @@ class GrownNodes(NamedTuple):
     end: NDArray[np.int64]
     feature: NDArray[np.float32]
     threshold: NDArray[np.int32]
+    hint: NDArray[np.int16]
     is_split: NDArray[np.bool_]
 
 
@@ -63,9 +65,10 @@ def grow_nodes(
         np.empty(room, np.int64),
         np.zeros((room, 4), np.float32),
         np.zeros(room, np.int32),
+        np.zeros(room, np.int16),
         np.zeros(room, np.bool_),
     )
-    scratch = make_scratch(rules, target.n_classes, end - begin)
+    scratch = make_scratch(rules, target, end - begin)
     moved = np.empty(end - begin, np.int32)
     todo = np.empty((rules.max_depth + 2, 4), np.int64)
     _set_task(todo[0], node, depth, begin, end)
@@ -76,12 +79,12 @@ def grow_nodes(
         grown.number[n_grown], grown.begin[n_grown], grown.end[n_grown] = number, first, last
         members = order[first:last]
         if level < rules.max_depth and last - first >= 2 * rules.min_samples_leaf:
-            is_split, threshold = best_split(crops, samples, target, members, number, rules, scratch)
+            is_split, threshold, hint = best_split(crops, samples, target, members, number, rules, scratch)
             if is_split:
                 grown.is_split[n_grown] = True
                 grown.feature[n_grown] = scratch.feature
-                grown.threshold[n_grown] = threshold
-                middle = first + _partition(crops, samples, members, scratch.feature, threshold, moved)
+                grown.threshold[n_grown], grown.hint[n_grown] = threshold, hint
+                middle = first + _partition(crops, samples, members, scratch.feature, hint, threshold, moved)
                 _set_task(todo[n_todo], 2 * number + 1, level + 1, middle, last)
                 _set_task(todo[n_todo + 1], 2 * number, level + 1, first, middle)
                 n_todo += 2
@@ -92,6 +95,7 @@ def grow_nodes(
         grown.end[:n_grown].copy(),
         grown.feature[:n_grown].copy(),
         grown.threshold[:n_grown].copy(),
+        grown.hint[:n_grown].copy(),
         grown.is_split[:n_grown].copy(),
     )
     return kept, todo[:n_todo].copy()
@@ -104,8 +108,9 @@ def _set_task(task: np.ndarray, number: int, depth: int, begin: int, end: int) -
 
 @njit(cache=True, nogil=True)
 def _partition(
-    crops: Crops, samples: Samples, members: np.ndarray, feature: np.ndarray, threshold: int, moved: np.ndarray
-) -> int:
+    crops: Crops, samples: Samples, members: np.ndarray, feature: np.ndarray, hint: int, threshold: int,
+    moved: np.ndarray,
+) -> int:  # fmt: skip
     """Moves the samples that go left to the front, keeping the order on both sides; returns how many there are."""
     half = np.float32(0.5)
     n_left, n_right = 0, 0
@@ -116,11 +121,17 @@ def _partition(
         fx_z = pixels_per_metre(crops.intrinsics[frame, 0], samples.z_mm[s])
         fy_z = pixels_per_metre(crops.intrinsics[frame, 1], samples.z_mm[s])
         start, width, height = crops.start[frame], crops.width[frame], crops.height[frame]
-        u = probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[0], feature[1])
-        v = int32(samples.z_mm[s])
-        if feature[2] != 0.0 or feature[3] != 0.0:
-            v = int32(probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[2], feature[3]))
-        if difference(u, v) > threshold:
+        if hint != 0:
+            value = hint_value(
+                crops.classes, crops.facts, frame, start, width, height, x, y, fx_z, fy_z, feature, hint
+            )
+        else:
+            u = probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[0], feature[1])
+            v = int32(samples.z_mm[s])
+            if feature[2] != 0.0 or feature[3] != 0.0:
+                v = int32(probe(crops.pixels, start, width, height, x, y, fx_z, fy_z, feature[2], feature[3]))
+            value = difference(u, v)
+        if value > threshold:
             moved[n_right] = s
             n_right += 1
         else:

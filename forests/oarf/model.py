@@ -19,10 +19,12 @@ class ForestTree(NamedTuple):
     Attributes:
         nodes: (n_nodes,) of NODE_DTYPE.
         leaves: By the nodes' leaf numbers.
+        hints: (n_nodes,) int16, what each node asks (`forests.features`); None = all ask for depth.
     """
 
     nodes: NDArray
     leaves: PackedLeaves
+    hints: NDArray[np.int16] | None = None
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class OARFModel:
         trees: The trees.
         tuning: What was learned on validation frames.
         skeleton: What makes one skeleton out of the joints' proposals; None = joints are answered one by one.
+        context: The forest whose predictions of pixels are the trees' hints; None = hints are told, or not asked for.
     """
 
     config: OARFConfig
@@ -61,3 +64,4 @@ class OARFModel:
     trees: tuple[ForestTree, ...]
     tuning: Tuning
     skeleton: SkeletonModel | None = None
+    context: "OARFModel | None" = None

@@ -1,5 +1,6 @@
 """Joints from a depth image: a regression forest that is ready to be asked."""
 
+import copy
 import math
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,8 +12,8 @@ from forests.boxes import Box
 from forests.calibration import logistic
 from forests.crops import crop_image
 from forests.estimate import JointEstimate
-from forests.frames import Pinhole, check_depth
-from forests.oarf.descend import descend, flatten
+from forests.frames import Hints, Pinhole, check_depth
+from forests.oarf.descend import asked_of, check_hints, descend, flatten, leaves_with_hints, with_hints
 from forests.oarf.evidence import Evidence, terms
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
@@ -37,6 +38,7 @@ class Voters(NamedTuple):
         columns: (n,) int32 in the crop.
         rows: (n,) int32 in the crop.
         stands_for: Foreground pixels to a voter.
+        hints: What is told of the image beside depth.
     """
 
     pixels: NDArray[np.uint16]
@@ -47,6 +49,7 @@ class Voters(NamedTuple):
     columns: NDArray[np.int32]
     rows: NDArray[np.int32]
     stands_for: float
+    hints: Hints
 
 
 class _Reached(NamedTuple):
@@ -74,11 +77,27 @@ class Predictor:
         """
         self.model = model
         leaves = [tree.leaves for tree in model.trees]
-        self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves])
+        hints = [tree.hints for tree in model.trees]
+        self._trees = flatten([tree.nodes for tree in model.trees], [table.n_leaves for table in leaves], hints)
+        self._asked, self._told = asked_of(self._trees), Hints()
+        self._context = Predictor(model.context) if model.context else None
         self._table = vote_table(leaves, model.tuning.max_offset_m)
         self._probability = np.concatenate([table.probabilities() for table in leaves])
         self._body_probability = self._probability[:, : model.classes.n_parts].sum(axis=1)
         self._bandwidth = np.ascontiguousarray(model.tuning.bandwidth_m, np.float32)
+
+    @property
+    def asks_for_hints(self) -> bool:
+        """Whether its trees were told more than depth, and must be in every prediction."""
+        return any(self._asked) and self._context is None
+
+    def given(self, hints: Hints | None) -> "Predictor":
+        """The forest for one image of which more than depth is told; itself, if its trees ask for no hints."""
+        if not self.asks_for_hints:
+            return self
+        told = copy.copy(self)
+        told._told = hints or Hints()
+        return told
 
     def predict(
         self,
@@ -219,13 +238,18 @@ class Predictor:
         """
         image = check_depth(depth)
         out = np.zeros((*image.shape, self._probability.shape[1]), np.float32)
+        voters, mean = self._probabilities(image, camera)
+        out[voters.rows + voters.top, voters.columns + voters.left] = mean
+        return out
+
+    def _probabilities(self, image: NDArray[np.uint16], camera: Pinhole) -> tuple[Voters, NDArray[np.float32]]:
+        """All pixels with depth, and the classes (n, n_classes) of each, the mean of the trees."""
         voters = self._choose(image, camera, None, image.size)
         leaves = self._descend(voters, camera)
-        mean = np.zeros((len(voters.rows), out.shape[2]), np.float32)
+        mean = np.zeros((len(voters.rows), self._probability.shape[1]), np.float32)
         for of_tree in leaves:
             mean += self._probability[of_tree]
-        out[voters.rows + voters.top, voters.columns + voters.left] = mean / np.float32(len(leaves))
-        return out
+        return voters, mean / np.float32(len(leaves))
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -249,8 +273,17 @@ class Predictor:
 
     def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
         """(height, width) uint8: the likeliest class + 1 of every pixel with depth, 0 elsewhere."""
-        probability = self.class_probabilities(depth, camera)
-        return ((probability.argmax(axis=2) + 1) * (np.asarray(depth) > 0)).astype(np.uint8)
+        image = check_depth(depth)
+        out = np.zeros(image.shape, np.uint8)
+        voters, mean = self._probabilities(image, camera)
+        out[voters.rows + voters.top, voters.columns + voters.left] = mean.argmax(axis=1) + 1
+        return out
+
+    def hints_of(self, depth: NDArray[np.uint16], camera: Pinhole) -> Hints:
+        """What a forest that learns after this one is told of an image: `label_pixels`, where all body parts are 1."""
+        beyond = np.maximum(self.label_pixels(depth, camera), self.model.classes.n_parts)
+        named = beyond - np.uint8(self.model.classes.n_parts - 1)
+        return Hints(named * (np.asarray(depth) > 0))
 
     def _occluder_probability(self, leaves: NDArray[np.int32]) -> NDArray[np.float32]:
         """(n_trees, n) float32 of leaves (n_trees, n)."""
@@ -260,16 +293,23 @@ class Predictor:
         n = self.model.config.n_voting_pixels if n_pixels is None else n_pixels
         if n < 1:
             raise ValueError(f"n_pixels={n} must be at least 1")
+        hints = self._told
+        if self._context is not None:
+            hints = self._context.hints_of(image, camera)
+        check_hints(self._asked, hints, image.shape)
         crop = crop_image(image, camera)
         width, height = int(crop.width[0]), int(crop.height[0])
         left, top = int(crop.origin[0, 0]), int(crop.origin[0, 1])
         inside = _inside(box, left, top, width, height)
         columns, rows, stands_for = choose_voters(crop.pixels, width, *inside, n)
-        return Voters(crop.pixels, width, height, left, top, columns, rows, stands_for)
+        return Voters(crop.pixels, width, height, left, top, columns, rows, stands_for, hints)
 
     def _descend(self, voters: Voters, camera: Pinhole) -> NDArray[np.int32]:
         leaves = np.empty((len(self._trees.roots), len(voters.columns)), np.int32)
-        pixels, width, height, _, _, columns, rows, _ = voters
+        pixels, width, height, _, _, columns, rows, _, hints = voters
+        if any(self._asked):
+            crop = with_hints(pixels, width, height, voters.left, voters.top, camera, hints)
+            return leaves_with_hints(self._trees, crop, columns, rows)
         fx, fy = np.float32(camera.fx), np.float32(camera.fy)
         descend(pixels, width, height, columns, rows, fx, fy, self._trees.nodes, self._trees.roots, leaves)
         return leaves

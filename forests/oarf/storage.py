@@ -20,6 +20,8 @@ from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "oarf"
 
+_CONTEXT = "context."
+"""Of the names of the arrays of a forest whose labels are asked for."""
 _LEAF_ARRAYS = ("has_class", "probability", "has_vote", "vote", "weight")
 
 
@@ -57,6 +59,8 @@ def pack_model(model: OARFModel) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {f"tuning.{name}": values for name, values in vars(model.tuning).items()}
     for number, tree in enumerate(model.trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    if model.context is not None:
+        arrays |= {_CONTEXT + name: values for name, values in pack_model(model.context).items()}
     return arrays | pack_skeleton(model.skeleton)
 
 
@@ -75,13 +79,19 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
         trees.append(unpack_tree(own, labels, config))
     classes = ClassTable.of(labels, config.mode)
     tuning, skeleton = _tuning(arrays, labels.n_joints), unpack_skeleton(arrays, labels.joints)
-    return OARFModel(config, labels, classes, tuple(trees), tuning, skeleton)
+    first = {name.removeprefix(_CONTEXT): arrays[name] for name in arrays if name.startswith(_CONTEXT)}
+    if any(name.startswith(_CONTEXT) for name in first):
+        raise ValueError("a forest that others ask for labels asks for labels itself")
+    context = unpack_model(first, metadata) if first else None
+    return OARFModel(config, labels, classes, tuple(trees), tuning, skeleton, context)
 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
     """A tree's arrays as a model file holds them."""
-    facing = {"facing": tree.leaves.facing} if len(tree.leaves.facing) else {}
-    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS} | facing
+    further: dict[str, np.ndarray] = {"facing": tree.leaves.facing} if len(tree.leaves.facing) else {}
+    if tree.hints is not None:
+        further["hints"] = tree.hints
+    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS} | further
 
 
 def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OARFConfig) -> ForestTree:
@@ -112,7 +122,8 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OA
         take_array(arrays, "facing", np.int8, (None, 2)) if "facing" in arrays else np.empty((0, 2), np.int8),
     )
     check_leaves(leaves)
-    return ForestTree(nodes, leaves)
+    hints = take_array(arrays, "hints", np.int16, (len(nodes),)) if "hints" in arrays else None
+    return ForestTree(nodes, leaves, hints)
 
 
 def _tuning(arrays: Mapping[str, np.ndarray], n_joints: int) -> Tuning:

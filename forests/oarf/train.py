@@ -32,6 +32,7 @@ N_WAYS = 2
 """In how many ways training frames are halved for skeletons."""
 _SKELETON_SHARE = 0.4
 """Likewise, of the whole training."""
+_FARTHEST_MM = 32000
 _GROW_SHARE = 0.8
 """Of a tree's time; the rest goes to its leaves."""
 
@@ -63,7 +64,7 @@ def train(
         on_progress: Told the share of the work that is done, 0..1.
 
     Raises:
-        ValueError: No frames, none that shows a person, or none that knows a joint.
+        ValueError: No frames, none that shows a person, none that knows a joint, or skeletons of frames with hints.
     """
     if len(frames) == 0:
         raise ValueError("there are no training frames")
@@ -129,6 +130,8 @@ def _trees(learner: _Learner, checkpoint: TreeStore[ForestTree] | None) -> Itera
 
 
 def _learned_skeleton(model: OARFModel, learner: _Learner, validation: FrameSequence | None) -> SkeletonModel:
+    if any(tree.hints is not None for tree in model.trees):
+        raise ValueError("no skeletons can be learned of trees that are told more than depth")
     samples, crops = learner.training.samples, learner.training.crops
     leaves = [leaves_of_samples(crops, samples, tree.nodes, tree.leaves.n_leaves) for tree in model.trees]
 
@@ -171,6 +174,19 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
     return training
 
 
+def to_body(training: TrainingSet) -> NDArray[np.int16]:
+    """(n_samples, 3) int16: from samples to the middle of the joints that their frame knows [mm]; 0 if none is.
+
+    A tree that is told classes of pixels separates the objects in its first nodes. It goes on by these offsets,
+    for otherwise all pixels of a class of objects would vote out of one leaf.
+    """
+    known, samples = is_known(training.joints), training.samples
+    n_known = known.sum(axis=1)[:, None]
+    middle = np.where(known[..., None], training.joints, 0.0).sum(axis=1) / np.maximum(n_known, 1)
+    offsets = (middle[samples.frame] - samples.points(training.crops)) * (n_known > 0)[samples.frame]
+    return np.rint(np.clip(1000.0 * offsets, -_FARTHEST_MM, _FARTHEST_MM)).astype(np.int16)
+
+
 def _train_tree(learner: _Learner, tree: int, on_share: Callable[[float], object]) -> ForestTree:
     config, n_samples = learner.config, len(learner.wanted)
     n_settled = 0
@@ -190,7 +206,8 @@ def _train_tree(learner: _Learner, tree: int, on_share: Callable[[float], object
         tree,
         learner.n_threads,
         settle,
+        to_body(learner.training) if len(learner.training.crops.classes) else None,
     )
     leaves = learner.leaves_of(grown, tree)
     on_share(1.0)
-    return ForestTree(grown.nodes, leaves)
+    return ForestTree(grown.nodes, leaves, grown.hints if len(grown.hints) else None)

@@ -78,7 +78,7 @@ def calibrated(model: OARFModel, frames: FrameSequence, n_threads: int = 1) -> O
     predictor = Predictor(model)
 
     def look(frame: DepthFrame) -> tuple[NDArray[Any], ...]:
-        proposals, evidence = predictor.examine(frame.depth, frame.camera)
+        proposals, evidence = predictor.given(frame.hints).examine(frame.depth, frame.camera)
         error = np.linalg.norm(proposals[:, 0] - frame.joints, axis=1)
         return terms(evidence), error <= WITHIN_M, frame.is_occluded, is_known(frame.joints)  # NaN is not within
 
@@ -109,7 +109,7 @@ def _with_best_pairs(predictor: Predictor, frames: FrameSequence, n_threads: int
     """The forest's tuning with the lambda_j and b_j of the highest mean score, of the joints that have one."""
 
     def reach(frame: DepthFrame) -> _Voted:
-        return _Voted(*predictor.reach_leaves(frame.depth, frame.camera), frame.joints)
+        return _Voted(*predictor.given(frame.hints).reach_leaves(frame.depth, frame.camera), frame.joints)
 
     voted = list(_of_frames(reach, frames, n_threads))
     n_joints = len(voted[0].joints)

@@ -19,12 +19,26 @@ Size = Literal["demo", "paper", "large"]
 """Sizes that are shipped as TOML files beside this one."""
 
 Question = Literal[
-    "context", "paper_scenes", "unseen_class", "sensor", "imported", "skeletons", "frames", "trees", "pixels"
+    "context",
+    "paper_scenes",
+    "unseen_class",
+    "sensor",
+    "imported",
+    "skeletons",
+    "oracles",
+    "frames",
+    "trees",
+    "pixels",
 ]
 """What else can be asked: does the gain need the relation of object and pose; is it larger among tables and
 laptops alone; does it hold for a class of objects that was never seen; under a noisy sensor; on recorded poses
-and other people's objects; what do whole skeletons gain; how does it grow with training frames,
-trees, voting pixels."""
+and other people's objects; what do whole skeletons gain; what would the truth gain of what hides the person, or
+of the person; how does it grow with training frames, trees, voting pixels."""
+
+Told = Literal["mask", "classes", "heading", "posture", "size", "predicted"]
+"""What the question oracles tells trees beside depth. mask: by pixel, nothing, the person or an object; classes: the
+same with each class of objects for itself; heading: where the person faces; posture: the family of poses; size: the
+stature. All these are truths; predicted is what a first forest predicts of the classes."""
 
 ROWS: tuple[str, ...] = tuple(VARIANTS)
 """Methods: baseline, occluders and semantic are regression forests by their mode; rwf_body: a random walk forest

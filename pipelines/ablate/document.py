@@ -1,6 +1,7 @@
 """ablation.json: settings, versions, digests and scores of an ablation; docs/ablation.md describes the keys."""
 
 import json
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.jobs import CorpusJob, ScoringJob
 from pipelines.ablate.plan import Condition, Plan
 from pipelines.ablate.schema import PAPER_MAP_10CM, SCHEMA, SCHEMA_VERSION
-from pipelines.ablate.table import Resampling, pair_scores, row_scores
+from pipelines.ablate.table import Resampling, pair_document, pair_scores, row_scores
 from pipelines.metrics import draw_frames
 from pipelines.metrics.results import Results, read_results
 from pipelines.models.opening import file_digest
@@ -82,8 +83,21 @@ def _condition_document(condition: Condition, config: AblationConfig, folder: Re
     return {
         "settings": dict(condition.settings),
         "rows": rows,
-        "differences": pair_scores(answers, resampling),
+        "differences": pair_scores(answers, resampling) | _compared(condition, answers, resampling, folder),
     }
+
+
+def _compared(
+    condition: Condition, answers: Mapping[str, list[Results]], resampling: Resampling, folder: ResultsFolder
+) -> dict[str, dict]:
+    """Differences from other conditions, by "method - method told NAME"."""
+    documents = {}
+    for name, jobs in condition.compared:
+        for row, here in answers.items():
+            there = [read_results(folder.rows(job))[0][0] for job in jobs if job.training.row == row]
+            pairs = list(zip(here, there, strict=False))
+            documents[f"{row} - {row} told {name}"] = pair_document(pairs, resampling)
+    return documents
 
 
 def _training_document(job: ScoringJob, folder: ResultsFolder) -> dict:

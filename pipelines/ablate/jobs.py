@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.ablate.config import CorpusConfig
+from pipelines.ablate.config import CorpusConfig, Told
 from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
@@ -17,6 +17,7 @@ from pipelines.spread import evenly_spread
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
 
+_HINTS_SOURCE = "pipelines/ablate/hints.py"
 _SCORING_SOURCES = ("pipelines/corpus", "pipelines/metrics", "pipelines/models/asking.py")
 
 
@@ -116,6 +117,7 @@ class TrainingJob:
         train: Frames to learn from.
         val: Frames to tune on.
         sensor: Sensor model of both.
+        told: What the trees are told of every frame beside its depth, in scoring too.
     """
 
     row: str
@@ -124,6 +126,7 @@ class TrainingJob:
     train: Selection
     val: Selection
     sensor: str | None = None
+    told: Told | None = None
 
     @property
     def kind(self) -> ModelKind:
@@ -133,8 +136,12 @@ class TrainingJob:
     @functools.cached_property
     def key(self) -> str:
         """Digest of the model."""
-        frames = (self.corpus.source_key, self.train, self.val, self.sensor)
-        return digest_of("model", self.kind.name, self.config, frames, versions(), sources_digest("forests"))
+        frames = (self.corpus.source_key, self.train, self.val, self.sensor, self.told)
+        return digest_of("model", self.kind.name, self.config, frames, versions(), self._sources)
+
+    @property
+    def _sources(self) -> str:
+        return sources_digest("forests", *(() if self.told is None else (_HINTS_SOURCE,)))
 
     @property
     def name(self) -> str:

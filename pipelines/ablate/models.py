@@ -3,19 +3,21 @@
 from dataclasses import replace
 from pathlib import Path
 
+from forests.frames import FrameSequence
 from pipelines.ablate.jobs import ScoringJob, TrainingJob
 from pipelines.ablate.progress import SetShare
-from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant
+from pipelines.models.kinds import KINDS, Tools
 from pipelines.models.opening import open_model
 from pipelines.models.training import train_into
 
 
 def train_model(
     job: TrainingJob,
-    frames: CorpusFrames,
-    validation: CorpusFrames,
+    corpus_digest: str,
+    frames: FrameSequence,
+    validation: FrameSequence,
     path: Path,
     n_threads: int,
     on_share: SetShare,
@@ -24,6 +26,7 @@ def train_model(
 
     Args:
         job: What to train.
+        corpus_digest: Of the frames' corpus.
         frames: Frames to learn from.
         validation: Frames to tune on.
         path: The file.
@@ -33,11 +36,11 @@ def train_model(
     Raises:
         UserError: Frames that nothing can be learned from, or another process trains there.
     """
-    metadata = {"row": job.row, "key": job.key, "corpus": frames.corpus.digest, "sensor": job.sensor}
+    metadata = {"row": job.row, "key": job.key, "corpus": corpus_digest, "sensor": job.sensor, "told": job.told}
     try:
         train_into(
             path,
-            job.kind,
+            job.kind if job.told != "predicted" else replace(job.kind, tools=_context_tools),
             job.config,
             frames,
             validation,
@@ -50,8 +53,15 @@ def train_model(
         raise UserError(f"{job.row} cannot be trained: {error}") from None
 
 
+def _context_tools() -> Tools:
+    """The functions of regression forests, with a training that learns from the predictions of a first forest."""
+    from forests.oarf.context import train_with_context
+
+    return KINDS["oarf"].tools()._replace(train=train_with_context)
+
+
 def read_contestant(job: ScoringJob, path: Path) -> Contestant:
-    """A job's model as it is asked; pixels are labelled by forests that are asked as they were trained.
+    """A job's model as it is asked; pixels are labelled by forests that are asked as they were trained, of depth alone.
 
     Args:
         job: With how many trees and voting pixels it is asked.
@@ -60,7 +70,9 @@ def read_contestant(job: ScoringJob, path: Path) -> Contestant:
     Raises:
         UserError: The file is damaged.
     """
-    contestant = replace(open_model(path)[0], method=job.training.row)
+    contestant = replace(open_model(path, is_told=job.training.told is not None)[0], method=job.training.row)
+    if job.training.told is not None:
+        return replace(contestant, labeller=None)
     if not (job.n_trees or job.n_pixels):
         return contestant
     reduced = job.training.kind.reduced

@@ -2,14 +2,16 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
-from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question
+from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question, Told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
 from pipelines.models.kinds import VARIANTS, ModelConfig
 from synth.scene.config import SceneWeights
 
+_ORACLES_COMPARED: Mapping[Told | None, tuple[Told | None, ...]] = {"classes": (None, "mask")}
+"""What a truth is compared with, beside others nothing alone: the mask is what classes tell without names."""
 Setting = str | int | bool | None
 """A condition's value of what its question varies."""
 _Job = TypeVar("_Job", CorpusJob, TrainingJob, ScoringJob)
@@ -23,11 +25,13 @@ class Condition:
         question: What is asked; None = the main table.
         settings: What this condition has, beside others of its question.
         scorings: Of each method, one a seed.
+        compared: Scorings of other conditions, by a name, that each method is compared with itself in.
     """
 
     question: Question | None
     settings: tuple[tuple[str, Setting], ...]
     scorings: tuple[ScoringJob, ...]
+    compared: tuple[tuple[str, tuple[ScoringJob, ...]], ...] = ()
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -192,6 +196,17 @@ def _ask_skeletons(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
         yield _condition(learned, "skeletons", settings, rows=config.rows)
 
 
+def _ask_oracles(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
+    """The semantic forest, told nothing but depth, and told one truth after the other, in training and in test."""
+    scorings: dict[Told | None, tuple[ScoringJob, ...]] = {}
+    for truth in (None, *get_args(Told)):
+        settings = {"told": truth or "nothing"}
+        condition = _condition(config, "oracles", settings, {"told": truth}, rows=("semantic",))
+        others = [name for name in _ORACLES_COMPARED.get(truth, (None,)) if name in scorings]
+        yield replace(condition, compared=tuple((name or "nothing", scorings[name]) for name in others))
+        scorings[truth] = condition.scorings
+
+
 def _ask_frames(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     for count in config.frame_counts:
         yield _condition(config, "frames", {"n_train_frames": count}, {"train": Selection("train", count)})
@@ -216,6 +231,7 @@ QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Conditi
     "sensor": _ask_sensor,
     "imported": _ask_imported,
     "skeletons": _ask_skeletons,
+    "oracles": _ask_oracles,
     "frames": _ask_frames,
     "trees": _ask_trees,
     "pixels": _ask_pixels,

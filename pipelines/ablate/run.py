@@ -3,6 +3,7 @@
 import itertools
 
 from pipelines.ablate.folder import ResultsFolder
+from pipelines.ablate.hints import frames_told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
 from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
@@ -68,14 +69,17 @@ def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_shar
 
 def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
     corpus = folder.open_corpus(job.corpus)
-    train, val = (CorpusFrames(corpus, frames.of(corpus), job.sensor) for frames in (job.train, job.val))
-    train_model(job, train, val, folder.model(job), n_threads, set_share)
+    train, val = (
+        frames_told(CorpusFrames(corpus, frames.of(corpus), job.sensor), job.told)
+        for frames in (job.train, job.val)
+    )
+    train_model(job, corpus.digest, train, val, folder.model(job), n_threads, set_share)
 
 
 def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
     corpus = folder.open_corpus(job.corpus)
     numbers = job.test.of(corpus)
-    frames = CorpusFrames(corpus, numbers, job.sensor)
+    frames = frames_told(CorpusFrames(corpus, numbers, job.sensor), job.training.told)
     n_done = itertools.count(1)
     results, confusion = predict_frames(
         read_contestant(job, folder.model(job.training)),

@@ -93,11 +93,17 @@ def pair_scores(answers: Answers, resampling: Resampling) -> dict[str, dict]:
     for first, second in PAIRS:
         pairs = list(zip(answers.get(first, ()), answers.get(second, ()), strict=False))
         if pairs and pairs[0][0].truths.joints == pairs[0][1].truths.joints:
-            documents[f"{first} - {second}"] = _pair_document(pairs, resampling)
+            documents[f"{first} - {second}"] = pair_document(pairs, resampling)
     return documents
 
 
-def _pair_document(pairs: Sequence[tuple[Results, Results]], resampling: Resampling) -> dict:
+def pair_document(pairs: Sequence[tuple[Results, Results]], resampling: Resampling) -> dict:
+    """A paired difference as JSON values.
+
+    Args:
+        pairs: Answers of the two methods by seed, on the same frames and joints.
+        resampling: How intervals and p-values are drawn.
+    """
     document: dict = {"n_seeds": len(pairs)}
     for name, is_counted in groups_of(pairs[0][0].truths).items():
         differences = compare_seeds(pairs, is_counted, resampling.rng(), resampling.n)

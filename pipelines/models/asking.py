@@ -3,20 +3,33 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forests.boxes import Box, upper_body_box, upper_foreground_box
 from forests.estimate import JointEstimate, JointPredictor, PixelLabeller
-from forests.frames import DepthFrame, Pinhole
-from pipelines.corpus.sequence import CorpusFrames
+from forests.frames import DepthFrame, FrameSequence, Hints, Pinhole
 from pipelines.errors import UserError
 from pipelines.metrics.pixels import Confusion, count_pixels
 from pipelines.metrics.results import Results, Truths
 from synth.vocabulary import JOINT_NAMES
+
+
+@runtime_checkable
+class TakesHints(Protocol):
+    """A model that may be told more of an image than its depth."""
+
+    @property
+    def asks_for_hints(self) -> bool:
+        """Whether it must be told in every prediction."""
+        ...
+
+    def given(self, hints: Hints | None, /) -> Any:
+        """The model for one image of which that is told."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -70,7 +83,7 @@ class _Answer(NamedTuple):
 
 def predict_frames(
     contestant: Contestant,
-    frames: CorpusFrames,
+    frames: FrameSequence,
     truths: Truths,
     n_threads: int = 1,
     on_frame: Callable[[], object] = lambda: None,
@@ -110,8 +123,10 @@ def predict_frames(
     return _results(contestant.method, own, answers), _confusion(contestant, frames, counts)
 
 
-def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
+def _ask(contestant: Contestant, frames: FrameSequence, place: int) -> _Answer:
     frame = frames[place]
+    if frame.hints is not None:
+        contestant = _told(contestant, frame.hints)
     box = _true_box(contestant, frame)
     begun = time.thread_time()
     estimate = contestant.predictor.predict(frame.depth, frame.camera, box)
@@ -127,6 +142,13 @@ def _ask(contestant: Contestant, frames: CorpusFrames, place: int) -> _Answer:
     given = contestant.labeller.label_pixels(frame.depth, frame.camera)
     counts = count_pixels(frame.label, given, frames.labels.n_labels, len(contestant.labeller.classes))
     return _Answer(estimate, seconds, counts)
+
+
+def _told(contestant: Contestant, hints: Hints) -> Contestant:
+    """A model that is told more of a frame than its depth."""
+    assert isinstance(contestant.predictor, TakesHints)
+    predictor = contestant.predictor.given(hints)
+    return replace(contestant, predictor=predictor, labeller=contestant.labeller and predictor)
 
 
 def _true_box(contestant: Contestant, frame: DepthFrame) -> Box | None:
@@ -150,7 +172,9 @@ def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
     )
 
 
-def _confusion(contestant: Contestant, frames: CorpusFrames, counts: NDArray[np.int64] | None) -> Confusion | None:
+def _confusion(
+    contestant: Contestant, frames: FrameSequence, counts: NDArray[np.int64] | None
+) -> Confusion | None:
     if contestant.labeller is None or counts is None:
         return None
     labels = frames.labels

@@ -27,6 +27,7 @@ _SETTINGS: Mapping[str, str] = {
     "in_training": "in training",
     "in_test": "in test",
     "is_one_skeleton": "one skeleton",
+    "told": "told beside depth",
     "n_train_frames": "training frames",
     "n_trees": "trees",
     "n_voting_pixels": "voting pixels",

@@ -116,6 +116,7 @@ VARIED = {
     "sensor": {"training.sensor", "sensor"},
     "imported": {"corpus.imported.poses", "corpus.imported.objects"},
     "skeletons": {"training.config.learn_skeleton"},
+    "oracles": {"training.told"},
     "frames": {"training.train.n"},
     "trees": {"n_trees"},
     "pixels": {"n_pixels"},
@@ -149,6 +150,18 @@ def test_a_question_uses_work_of_the_main_table_again(question):
     known = {job.key for job in main.scorings}
     is_known = [{job.key for job in condition.scorings} <= known for condition in conditions]
     assert is_known.count(True) == 1
+
+
+def test_oracles_are_compared_with_a_forest_that_is_told_nothing_and_names_with_a_mask():
+    _, *conditions = make_plan(replace(CONFIG, questions=("oracles",))).conditions
+    by_truth = {condition.settings[0][1]: condition for condition in conditions}
+    compared = {truth: [name for name, _ in condition.compared] for truth, condition in by_truth.items()}
+    assert compared["nothing"] == []
+    assert compared["classes"] == ["nothing", "mask"]
+    assert all(names == ["nothing"] for truth, names in compared.items() if truth not in ("nothing", "classes"))
+    for condition in conditions:
+        for name, scorings in condition.compared:
+            assert scorings == by_truth[name].scorings
 
 
 def test_trees_and_pixels_need_no_training():
