@@ -12,14 +12,14 @@ from forests.estimate import JointEstimate
 from forests.frames import Intrinsics
 from forests.skeleton.answers import N_CANDIDATES, Answers, edges_of
 from forests.skeleton.decode import choose_candidates, limit_limbs
-from forests.skeleton.decoded import decoded
+from forests.skeleton.decoded import decoded, headings_of
 from forests.skeleton.features import n_features, trunk_of
 from forests.skeleton.kinematics import SKELETON
 from forests.skeleton.learn import BESIDE_NETWORK, decode_all
-from forests.skeleton.model import OUTCOMES, TERMS, SkeletonModel
+from forests.skeleton.model import OUTCOMES, PERSON_TERMS, TERMS, SkeletonModel
 from forests.skeleton.network import ask_network, new_network
 from forests.skeleton.prior import measure_bodies
-from forests.skeleton.proposal import N_HIDDEN
+from forests.skeleton.proposal import N_HIDDEN, n_outputs
 
 NAMES = tuple(name for name, _ in SKELETON)
 CAMERA, SHAPE = Intrinsics(365.0, 365.0, 255.5, 211.5), (424, 512)
@@ -45,16 +45,20 @@ def main() -> None:
     confidence = -np.sort(-rng.random((N_FRAMES, n, N_CANDIDATES)), axis=2)
     within, hidden, spread = rng.random((3, N_FRAMES, n))
     edges = np.tile(edges_of(SHAPE, CAMERA), (N_FRAMES, 1))
-    told = (proposals, confidence, within, hidden, spread, edges)
+    told = (proposals, confidence, within, hidden, spread, edges, np.zeros((N_FRAMES, 2)), np.ones(N_FRAMES))
     answers = Answers(*(values.astype(np.float32) for values in told))
-    prior, network = measure_bodies(joints, NAMES), new_network(n_features(n), N_HIDDEN, 4 * n, rng)
+    prior, network = measure_bodies(joints, NAMES), new_network(n_features(n), N_HIDDEN, n_outputs(n), rng)
     weights = rng.normal(0, 0.1, (len(OUTCOMES), n, len(TERMS))).astype(np.float32)
-    model = SkeletonModel(prior, trunk_of(NAMES), network, BESIDE_NETWORK, weights)
+    of_person = rng.normal(0, 0.1, len(PERSON_TERMS)).astype(np.float32)
+    model = SkeletonModel(prior, trunk_of(NAMES), network, BESIDE_NETWORK, weights, of_person)
     estimates = [
-        JointEstimate(*(values[k] for values in answers[:-1]), CAMERA)  # type: ignore[arg-type]
+        JointEstimate(*(values[k] for values in answers[:5]), CAMERA)  # type: ignore[arg-type]
         for k in range(N_FRAMES)
     ]
-    features, out = rng.normal(0, 1, (2, n_features(n))).astype(np.float32), np.empty((2, 4 * n), np.float32)
+    features, out = (
+        rng.normal(0, 1, (2, n_features(n))).astype(np.float32),
+        np.empty((2, n_outputs(n)), np.float32),
+    )
     score, choice = rng.normal(0, 1, (n, N_CANDIDATES + 1)), np.empty(n, np.int64)
     candidates = rng.normal(0, 0.3, (n, N_CANDIDATES + 1, 3)).astype(np.float32)
     steps = {
@@ -65,6 +69,7 @@ def main() -> None:
         "limits of limbs": lambda: [
             limit_limbs(candidates[:, 0].copy(), np.ones(n), prior) for _ in range(N_FRAMES)
         ],
+        "headings, from estimate to headings": lambda: [headings_of(model, each, SHAPE) for each in estimates],
         "all of it, in a kernel": lambda: decode_all(model, answers),
         "all of it, from estimate to estimate": lambda: [decoded(model, each, SHAPE, 3) for each in estimates],
     }

@@ -1,5 +1,7 @@
 """Boxes around a person in the image: what a detector gives, and what stands in for it."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,3 +68,20 @@ def upper_foreground_box(depth: NDArray[np.uint16], camera: Pinhole) -> Box | No
         middle, distance = float(np.median(u[is_upper])), float(np.median(z[is_upper]))
     half = UPPER_M / 2 * camera.fx / distance
     return middle - half, float(top), middle + half + 1, top + UPPER_M * camera.fy / distance
+
+
+def inside_crop(box: Box | None, left: int, top: int, width: int, height: int) -> tuple[int, int, int, int]:
+    """A box of the image as a box of the crop, border left out."""
+    if box is None:
+        return 1, 1, width - 1, height - 1
+    if not (all(math.isfinite(edge) for edge in box) and box[0] < box[2] and box[1] < box[3]):
+        raise ValueError(
+            f"box {tuple(box)} is empty: it must be (left, top, right, bottom) with right > left, bottom > top"
+        )
+    first_column, first_row = max(1, math.ceil(box[0]) - left), max(1, math.ceil(box[1]) - top)
+    return (
+        first_column,
+        first_row,
+        max(first_column, min(width - 1, math.ceil(box[2]) - left)),
+        max(first_row, min(height - 1, math.ceil(box[3]) - top)),
+    )

@@ -2,28 +2,24 @@
 
 import copy
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forests.boxes import Box
+from forests.boxes import Box, inside_crop
 from forests.calibration import logistic
 from forests.crops import crop_image
 from forests.estimate import JointEstimate
 from forests.frames import Hints, Pinhole, check_depth
 from forests.oarf.descend import asked_of, check_hints, descend, flatten, leaves_with_hints, with_hints
-from forests.oarf.evidence import Evidence, terms
+from forests.oarf.evidence import Evidence, pixels_of, terms
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
 from forests.skeleton.answers import N_CANDIDATES
-from forests.skeleton.decoded import decoded, headings_of
+from forests.skeleton.decoded import decoded, decoded_facing
 from forests.skeleton.heading import facing_towards
-
-LEAST_THOUGHT = 0.05
-"""A second heading that is at least this probable gets a skeleton of its own."""
 
 
 class Voters(NamedTuple):
@@ -124,18 +120,13 @@ class Predictor:
             return self.predict_joints(depth, camera, box, n_pixels, n_proposals)
         _check_proposals(n_proposals)
         reached = self._reach(depth, camera, box, n_pixels)
-        n_candidates = max(n_proposals, N_CANDIDATES)
-        estimate = self._estimate(reached, n_candidates, math.nan)
-        headings = headings_of(skeleton, estimate, depth.shape) if self.reads_headings else ()
-        if not headings or math.isnan(headings[0].angle):
-            return decoded(skeleton, estimate, depth.shape, n_proposals)
-        answers: list[JointEstimate] = []
-        for heading in headings:
-            if heading.probability >= LEAST_THOUGHT or not answers:
-                told = self._estimate(reached, n_candidates, heading.angle)
-                told = replace(told, heading_probability=heading.probability)
-                answers.append(decoded(skeleton, told, depth.shape, n_proposals))
-        return replace(answers[0], alternative=answers[1] if len(answers) > 1 else None)
+
+        def ask(heading: float) -> JointEstimate:
+            return self._estimate(reached, max(n_proposals, N_CANDIDATES), heading)
+
+        if self.reads_headings:
+            return decoded_facing(skeleton, ask, depth.shape, n_proposals)
+        return decoded(skeleton, ask(math.nan), depth.shape, n_proposals)
 
     def predict_joints(
         self,
@@ -300,7 +291,7 @@ class Predictor:
         crop = crop_image(image, camera)
         width, height = int(crop.width[0]), int(crop.height[0])
         left, top = int(crop.origin[0, 0]), int(crop.origin[0, 1])
-        inside = _inside(box, left, top, width, height)
+        inside = inside_crop(box, left, top, width, height)
         columns, rows, stands_for = choose_voters(crop.pixels, width, *inside, n)
         return Voters(crop.pixels, width, height, left, top, columns, rows, stands_for, hints)
 
@@ -319,7 +310,7 @@ class Predictor:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """(behind, occluder_probability) of `Evidence`: what the surface at the joints' pixels says."""
         behind, is_occluder = np.full((2, len(joints)), np.nan, np.float32)
-        place = _pixels_of(joints, camera, image.shape)
+        place = pixels_of(joints, camera, image.shape)
         seen = np.flatnonzero(place >= 0)
         seen = seen[image.reshape(-1)[place[seen]] > 0]
         row, column = np.divmod(place[seen], image.shape[1])
@@ -336,38 +327,9 @@ def _check_proposals(n_proposals: int) -> None:
         raise ValueError(f"n_proposals={n_proposals} must be at least 1")
 
 
-def _inside(box: Box | None, left: int, top: int, width: int, height: int) -> tuple[int, int, int, int]:
-    """A box of the image as a box of the crop, border left out."""
-    if box is None:
-        return 1, 1, width - 1, height - 1
-    if not (all(math.isfinite(edge) for edge in box) and box[0] < box[2] and box[1] < box[3]):
-        raise ValueError(
-            f"box {tuple(box)} is empty: it must be (left, top, right, bottom) with right > left, bottom > top"
-        )
-    first_column, first_row = max(1, math.ceil(box[0]) - left), max(1, math.ceil(box[1]) - top)
-    return (
-        first_column,
-        first_row,
-        max(first_column, min(width - 1, math.ceil(box[2]) - left)),
-        max(first_row, min(height - 1, math.ceil(box[3]) - top)),
-    )
-
-
 def _points(voters: Voters, camera: Pinhole) -> NDArray[np.float32]:
     """(n, 3) float32, the voting pixels in the camera frame [m]."""
     z = voters.pixels[voters.rows * voters.width + voters.columns] * np.float32(1e-3)
     x = (voters.columns + np.float32(voters.left - camera.cx)) * z / np.float32(camera.fx)
     y = (voters.rows + np.float32(voters.top - camera.cy)) * z / np.float32(camera.fy)
     return np.stack([x, y, z], axis=1).astype(np.float32)
-
-
-def _pixels_of(joints: NDArray[np.float32], camera: Pinhole, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """(n,) int64: number of the pixel that each joint falls on, row-major; -1 outside the image or if NaN."""
-    place = np.full(len(joints), -1, np.int64)
-    ahead = np.flatnonzero(joints[:, 2] > 0)
-    x, y, z = joints[ahead].T.astype(np.float64)
-    u = np.floor(camera.fx * x / z + camera.cx + 0.5)
-    v = np.floor(camera.fy * y / z + camera.cy + 0.5)
-    is_inside = (u >= 0) & (u < shape[1]) & (v >= 0) & (v < shape[0])
-    place[ahead[is_inside]] = (v * shape[1] + u)[is_inside].astype(np.int64)
-    return place

@@ -1,6 +1,7 @@
 """A forest's answer about one image made into a skeleton, with probabilities."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from forests.skeleton.proposal import propose
 
 LEAST_CONFIDENCE = 1e-6
 """Of a joint that is somewhere."""
+LEAST_THOUGHT = 0.05
+"""A second heading that is at least this probable gets a skeleton of its own."""
 LEAST_PROBABILITY = 0.5
 """A heading that is less probable than this is not known."""
 
@@ -62,6 +65,29 @@ def look(
     sectors = np.empty(N_SECTORS, np.float32)
     if propose(network, answers, 0, prior.mirror, trunk, places, scale, sectors) > 0:
         hypotheses_of(sectors, angle, probability)
+
+
+def decoded_facing(
+    model: SkeletonModel, ask: Callable[[float], JointEstimate], shape: tuple[int, ...], n_proposals: int
+) -> JointEstimate:
+    """The skeleton of the likeliest heading, and beside it that of the second, if that is worth a thought.
+
+    Args:
+        model: What is known of skeletons.
+        ask: The forest's answer, joint by joint, given a heading [rad], NaN = none.
+        shape: (height, width) of the image.
+        n_proposals: Proposals given per joint.
+    """
+    estimate = ask(math.nan)
+    headings = headings_of(model, estimate, shape)
+    if math.isnan(headings[0].angle):
+        return decoded(model, estimate, shape, n_proposals)
+    answers: list[JointEstimate] = []
+    for angle, probability in headings:
+        if probability >= LEAST_THOUGHT or not answers:
+            told = replace(ask(angle), heading_probability=probability)
+            answers.append(decoded(model, told, shape, n_proposals))
+    return replace(answers[0], alternative=answers[1] if len(answers) > 1 else None)
 
 
 def decoded(

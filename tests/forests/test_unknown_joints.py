@@ -112,7 +112,8 @@ def test_a_regression_forest_without_a_joint_is_the_full_one_in_all_others(fores
     full, partial = forests
     for mine, theirs in zip(partial.trees, full.trees, strict=True):
         assert mine.nodes.tobytes() == theirs.nodes.tobytes()
-        (shares, *learned), (other_shares, *whole) = mine.leaves.unpacked(), theirs.leaves.unpacked()
+        shares, *learned = mine.leaves.unpacked()[:3]
+        other_shares, *whole = theirs.leaves.unpacked()[:3]
         assert shares.tobytes() == other_shares.tobytes()
         for of_mine, of_theirs in zip(learned, whole, strict=True):
             assert of_mine[:, :, :FOOT].tobytes() == of_theirs[:, :, :FOOT].tobytes()
