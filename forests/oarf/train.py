@@ -20,7 +20,7 @@ from forests.oarf.predict import Predictor
 from forests.oarf.tune import tune, untuned
 from forests.samples import Layer, TrainingSet, gather
 from forests.skeleton.answers import N_CANDIDATES, Answers, Truth, View, answers_of
-from forests.skeleton.folds import Answering
+from forests.skeleton.folds import N_FOLDS, Answering
 from forests.skeleton.heading import facings_of
 from forests.skeleton.learn import learn_from_frames
 from forests.skeleton.model import SkeletonModel
@@ -75,7 +75,10 @@ def train(
     if validation is not None and len(validation):
         model = tune(model, validation, n_threads=n_threads)
     if config.learn_skeleton:
-        model = replace(model, skeleton=_learned_skeleton(model, learner, validation))
+        skeleton = _learned_skeleton(
+            model, learner, validation, lambda done: on_progress(share + done - share * done)
+        )
+        model = replace(model, skeleton=skeleton)
     on_progress(1.0)
     return model
 
@@ -129,13 +132,16 @@ def _trees(learner: _Learner, checkpoint: TreeStore[ForestTree] | None) -> Itera
         yield grown
 
 
-def _learned_skeleton(model: OARFModel, learner: _Learner, validation: FrameSequence | None) -> SkeletonModel:
+def _learned_skeleton(
+    model: OARFModel, learner: _Learner, validation: FrameSequence | None, on_share: Callable[[float], object]
+) -> SkeletonModel:
     if any(tree.hints is not None for tree in model.trees):
         raise ValueError("no skeletons can be learned of trees that are told more than depth")
     samples, crops = learner.training.samples, learner.training.crops
     leaves = [leaves_of_samples(crops, samples, tree.nodes, tree.leaves.n_leaves) for tree in model.trees]
 
-    def train_apart(others: FrameSubset, _: int) -> Answering:
+    def train_apart(others: FrameSubset, fold: int) -> Answering:
+        on_share(fold / (N_FOLDS * N_WAYS + 2))
         is_kept = np.zeros(len(learner.frames), np.bool_)
         is_kept[list(others.indices)] = True
         trees = []
