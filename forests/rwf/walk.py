@@ -105,13 +105,17 @@ def pixel_of(x: float, z: float, f: float, c: float) -> float:
 
 @njit(cache=True, nogil=True, inline="always")
 def child_of(
-    nodes: np.ndarray, number: int, depth: np.ndarray, column: float, row: float, z: float, fx: float, fy: float
+    nodes: np.ndarray,
+    number: int,
+    depth: np.ndarray,
+    column: float,
+    row: float,
+    z: float,
+    fx_z: float,
+    fy_z: float,
 ) -> int:
     """The node that follows; a leaf follows itself. A probe without offset reads the point's own depth."""
     node = nodes[number]
-    if node.leaf >= 0:
-        return number
-    fx_z, fy_z = fx / z, fy / z
     first = read_depth(depth, column + fx_z * node.u[0], row + fy_z * node.u[1])
     if node.v[0] == 0.0 and node.v[1] == 0.0:
         second = int32(z * float32(1e3) + float32(0.5))
@@ -143,10 +147,11 @@ def walk_joint(
         Number of votes that count in the end.
     """
     fx, fy = intrinsics[0], intrinsics[1]
-    n_trees, n_clusters = tables.root.shape[1], tables.vote.shape[1]
+    nodes, n_trees, n_clusters = tables.nodes, tables.root.shape[1], tables.vote.shape[1]
     point = np.empty((plan.n_walks, 3), np.float32)
     column, row = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
     number = np.empty(plan.n_walks, np.int32)
+    fx_z, fy_z = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
     ends[0, :3] = start
     n_votes = 0
     for step in range(plan.n_steps):
@@ -155,11 +160,12 @@ def walk_joint(
         for walk in range(plan.n_walks):
             tree = (walk + step) % n_trees
             number[walk] = tables.root[joint, tree]
+            fx_z[walk], fy_z[walk] = fx / point[walk, 2], fy / point[walk, 2]
             levels = max(levels, tables.levels[joint, tree])
         for _ in range(levels):
             for walk in range(plan.n_walks):
                 number[walk] = child_of(
-                    tables.nodes, number[walk], depth, column[walk], row[walk], point[walk, 2], fx, fy
+                    nodes, number[walk], depth, column[walk], row[walk], point[walk, 2], fx_z[walk], fy_z[walk]
                 )
         if step <= plan.n_arriving[joint]:
             n_votes = 0
