@@ -4,12 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import Pinhole
-from forests.rwf.walk import NEAREST_M
 
 TERMS = ("one", "log_share", "second_to_first", "spread", "log_weight", "behind", "no_surface")
 """What the probabilities are regressed on, in the order of the weights; see `terms`."""
 
 _LEAST = 1e-6
+_NEAREST_M = 0.2
+"""Nearer places are projected as from here; walkers come no nearer [m]."""
 _MOST_BEHIND_M = 0.5
 
 
@@ -37,7 +38,7 @@ def terms(
     first = np.maximum(ends[:, 0, 3].astype(np.float64), _LEAST)
     second = ends[:, 1, 3] / first if ends.shape[1] > 1 else np.zeros_like(first)
     x, y, z = ends[:, 0, :3].T.astype(np.float64)
-    z = np.maximum(z, NEAREST_M)
+    z = np.maximum(z, _NEAREST_M)
     column = np.floor(camera.fx * x / z + camera.cx + 0.5)
     row = np.floor(camera.fy * y / z + camera.cy + 0.5)
     height, width = depth.shape

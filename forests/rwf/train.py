@@ -92,10 +92,8 @@ def train(
         if part.joints != model.joints:  # a half knows no place of a joint
             return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        drawn = replace(halved, seed=config.seed)
-        as_whole = replace(part, config=drawn, plan=model.plan)
-        weights = model.within_weights, model.hidden_weights
-        return partial(_answers, replace(as_whole, within_weights=weights[0], hidden_weights=weights[1]))
+        told = replace(part, within_weights=model.within_weights, hidden_weights=model.hidden_weights)
+        return partial(_answers, replace(told, config=replace(halved, seed=config.seed), plan=model.plan))
 
     ask = partial(_answers, model)
     skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, config.seed)
