@@ -1,4 +1,4 @@
-"""Random walks: frames a second on one core; accuracy against steps, clusters, limbs and the start; calibration.
+"""Random walks: frames a second on one core; accuracy against walkers, steps, trees, limbs and the start; calibration.
 
 python benchmarks/bench_walk.py [--model FILE] [--corpus DIR] [--split val] [--frames 200] [--seed 0]
 
@@ -41,6 +41,9 @@ def cpu_of(call):
     return time.thread_time() - start
 
 
+_OF_JOINTS = ("start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m")
+
+
 def upper_body(model: RWFModel) -> RWFModel:
     """The nine joints of the upper body alone."""
     keep = np.array([name in UPPER_BODY for name in model.joints])
@@ -48,7 +51,7 @@ def upper_body(model: RWFModel) -> RWFModel:
     if not keep[:n].all():
         raise ValueError(f"the upper body's joints must come first, not {', '.join(model.joints)}")
     plan = model.plan
-    cut = {name: getattr(plan, name)[:n] for name in ("start_from", "step_m", "decay", "n_arriving", "gate_m")}
+    cut = {name: getattr(plan, name)[:n] for name in _OF_JOINTS}
     plan = plan._replace(order=plan.order[plan.order < n], **cut)
     limbs = Limbs(model.limbs.parent[:n], model.limbs.length_m[:n])
     return replace(
@@ -58,6 +61,8 @@ def upper_body(model: RWFModel) -> RWFModel:
         plan=plan,
         limbs=limbs,
         within_weights=model.within_weights[:n],
+        hidden_weights=model.hidden_weights[:n],
+        skeleton=None,
     )
 
 
@@ -75,18 +80,17 @@ def time_frames(model: RWFModel, images: list, boxes: list, camera: Camera) -> f
 
 def time_twin(model: RWFModel, views: list[View]) -> float:
     """CPU seconds a frame of the slow twin."""
-    tables = walk_tables(model.experts, model.plan.n_clusters)
+    tables, plan = walk_tables(model.experts), model.plan
 
     def ask_all():
         for view in views[:N_SLOW_FRAMES]:
             ends = {-1: view.start}
-            for joint in model.plan.order.tolist():
-                start = ends[int(model.plan.start_from[joint])]
-                paths = [
-                    reference.walk(view.depth, view.intrinsics, tables, model.plan, joint, 0, walk, start)
-                    for walk in range(model.plan.n_walks)
-                ]
-                ends[joint] = np.mean([path[1 + model.plan.n_arriving[joint] :] for path in paths], axis=(0, 1))
+            for joint in plan.order.tolist():
+                centre = ends[int(plan.start_from[joint])]
+                for step in range(plan.n_steps):
+                    found = reference.votes(view.depth, view.intrinsics, tables, plan, joint, 0, step, centre)
+                    centre = reference.climb(found, plan.bandwidth_m[joint], found[0, :3])
+                ends[joint] = centre
 
     return cpu_of(ask_all) / N_SLOW_FRAMES
 
@@ -101,7 +105,7 @@ def ask(model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True
         moved = view.start + np.float32([offset_m * np.cos(angle), offset_m * np.sin(angle), 0])
         fx, fy, cx, cy = (float(v) for v in view.intrinsics)
         camera = Camera(view.depth.shape[1], view.depth.shape[0], fx, fy, cx, cy)
-        estimate = walker.predict(view.depth, camera, start=moved)
+        estimate = walker.predict_joints(view.depth, camera, start=moved)
         error[i] = np.linalg.norm(estimate.joints - view.joints, axis=1)
         probability[i] = estimate.probability
     return error, probability
@@ -144,19 +148,16 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
     print(f"limbs as they come        {score(model, views, is_occluded, is_fitted=False)}")
     for offset in OFFSETS_M:
         print(f"start off by {100 * offset:3.0f} cm       {score(model, views, is_occluded, offset, seed)}")
-    plan = model.plan
-    for n_walks in (1, 2, 4, 8, 16):
-        changed = replace(model, plan=plan._replace(n_walks=n_walks))
-        print(f"{n_walks:3d} walks                 {score(changed, views, is_occluded)}")
-    for n_steps in sorted({max(plan.n_steps * k // 4, 1) for k in (2, 3, 4, 6)}):
-        # As long a way in other steps, as many of them not counted in proportion.
-        ratio = plan.n_steps / n_steps
-        arriving = np.minimum(plan.n_arriving / ratio, n_steps - 1).astype(np.int32)
-        changed = plan._replace(n_steps=n_steps, step_m=plan.step_m * np.float32(ratio), n_arriving=arriving)
-        print(f"{n_steps:3d} steps                 {score(replace(model, plan=changed), views, is_occluded)}")
-    for n_clusters in range(1, model.config.n_clusters + 1):
-        changed = replace(model, plan=plan._replace(n_clusters=n_clusters))
-        print(f"{n_clusters:3d} clusters              {score(changed, views, is_occluded)}")
+    plan, n_trees = model.plan, len(model.experts[0])
+    for n_walks, n_steps in ((8, 3), (16, 3), (32, 1), (32, 2), (32, 3), (32, 5), (64, 3)):
+        arriving = np.minimum(plan.n_arriving, n_steps - 1).astype(np.int32)
+        changed = replace(model, plan=plan._replace(n_walks=n_walks, n_steps=n_steps, n_arriving=arriving))
+        print(f"{n_walks:3d} walkers, {n_steps:2d} steps     {score(changed, views, is_occluded)}")
+    for trees in ([tree] for tree in range(n_trees)), (range(n) for n in range(2, n_trees + 1)):
+        for kept in map(list, trees):
+            experts = tuple(tuple(own[tree] for tree in kept) for own in model.experts)
+            changed = replace(model, experts=experts, plan=plan._replace(gate_m=plan.gate_m[:, kept]))
+            print(f"trees {', '.join(map(str, kept)):20s}{score(changed, views, is_occluded)}")
 
 
 def report_calibration(model: RWFModel, views: list[View], is_occluded: np.ndarray) -> None:

@@ -17,8 +17,9 @@ from forests.oarf.packed import pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import untuned
 from forests.rwf.clusters import leaf_clusters
-from forests.rwf.points import draw_way_points, gate_of
-from forests.rwf.walk import WalkPlan, WalkTables, walk_skeleton
+from forests.rwf.model import ExpertTree, walk_tables
+from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
+from forests.rwf.walk import WalkPlan, walk_skeleton
 from forests.samples import Samples, TrainingSet, draw_pixels
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, translation
@@ -86,26 +87,23 @@ def predict_told() -> None:
 
 
 def walk() -> None:
-    """Way points, directions' trees, clusters, and walks that start outside the image too."""
+    """Way points, offsets' trees, clusters, and walks that start outside the image too."""
     depth, _ = image()
     crops = crop_image(depth, CAMERA)
     joint, start = np.ascontiguousarray(JOINTS[:, 0]), np.float32([[0.1, 0.1, 2.0]])
-    gate = gate_of(crops, joint, 0.0)
+    gate = np.float32([0.05, farthest_behind(crops, joint, 0.0)])
     points = draw_way_points(crops, joint, start, gate, 80, 0.5, 0.3, 0.1, 0, 0)
-    grown = grow_direction_tree(crops, points.samples, points.directions, GROWTH, 0, 0, 1)
-    direction, share = leaf_clusters(grown, points.directions, 2, 0.5)
-    one = np.ones(1, np.float32)
-    cumulative = share.cumsum(axis=1).astype(np.float32)
-    cumulative[:, -1] = 1.0
-    tables = WalkTables(
-        grown.nodes, np.zeros((1, 1), np.int32), np.full((1, 1), 4, np.int32), direction, cumulative
+    grown = grow_direction_tree(crops, points.samples, growth_targets(points.offsets, 0.5), GROWTH, 0, 0, 1)
+    tree = ExpertTree(grown.nodes, *leaf_clusters(grown, points.offsets, 2, 0.1))
+    tables, one = walk_tables(((tree,),)), np.ones(1, np.float32)
+    plan = WalkPlan(
+        np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, 0.1 * one, np.int32([1]), gate[None, None], 3, 5
     )
-    plan = WalkPlan(np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, one, np.int32([1]), gate[None], 3, 5, 2)
-    joints, spread = np.empty((1, 3), np.float32), np.empty(1, np.float32)
+    ends, spread, weight = np.empty((1, 3, 4), np.float32), np.empty(1, np.float32), np.empty(1, np.float32)
     intrinsics = np.float32([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     for place in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
-        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, joints, spread)
-        assert np.isfinite(joints).all()
+        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, ends, spread, weight)
+        assert np.isfinite(ends[:, 0]).all()
 
 
 def render() -> None:

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the random walk's kernels: one walk after the other, one decision at a time."""
+"""Slow, obvious twins of the random walk's kernels: one walker after the other, one decision at a time."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from forests.crops import NOTHING
 from forests.features import FEATURE_LIMIT_MM
-from forests.hashing import hash4, splitmix64, unit_float
+from forests.hashing import hash4
 from forests.rwf.walk import FARTHEST_M, FARTHEST_PX, NEAREST_M
 
 ONE = np.float32
@@ -43,28 +43,48 @@ def place(depth, point, intrinsics, gate):
     kept = z
     if surface != NOTHING:
         measured = ONE(surface) * ONE(1e-3)
-        kept = min(max(z, measured + gate[0]), measured + gate[1])
+        behind = min(z - measured, gate[1])
+        kept = measured if behind < gate[0] else measured + behind
     kept = ONE(min(max(kept, ONE(NEAREST_M)), ONE(FARTHEST_M)))
     return column, row, np.array([point[0] * (kept / z), point[1] * (kept / z), kept], np.float32)
 
 
-def walk(depth, intrinsics, tables, plan, joint, seed, number, start):
-    """(n_steps + 1, 3): the start in the gate, and where each step of walk `number` leads."""
-    key = np.uint64(hash4(seed, 0x3A1C, joint, number))
-    step = plan.step_m[joint]
-    column, row, point = place(depth, np.float32(start), intrinsics, plan.gate_m[joint])
-    path = [point]
-    for _ in range(plan.n_steps):
-        key = np.uint64(splitmix64(key))
-        node = tables.root[joint, int(key & np.uint64(0xFFFF)) % tables.root.shape[1]]
+def walker(depth, intrinsics, plan, joint, seed, step, number, centre):
+    """(column, row, point) of one walker about the estimate."""
+    key = int(hash4(seed, 0x3A1C, joint, step * plan.n_walks + number))
+    bits = [(key >> (21 * axis)) & (2**21 - 1) for axis in range(3)]
+    share = np.array([ONE(b) * ONE(2 / 2**21) - ONE(1) for b in bits], np.float32)
+    half_width = plan.scatter_m[joint] * ONE(3**0.5)
+    gates = plan.gate_m[joint]
+    return place(depth, np.float32(centre) + half_width * share, intrinsics, gates[(number + step) % len(gates)])
+
+
+def votes(depth, intrinsics, tables, plan, joint, seed, step, centre):
+    """(n, 4): the votes of one step, x, y, z and weight."""
+    found = []
+    for number in range(plan.n_walks):
+        column, row, point = walker(depth, intrinsics, plan, joint, seed, step, number, centre)
+        node = tables.root[joint, (number + step) % tables.root.shape[1]]
         while tables.nodes[node]["leaf"] < 0:
             right = decide(tables.nodes[node], depth, column, row, point[2], *intrinsics[:2])
             node = tables.nodes[node]["left"] + int(right)
-        leaf = tables.nodes[node]["leaf"]
-        cluster = int(np.argmax(tables.cumulative[leaf] >= unit_float(key)))
-        column, row, point = place(
-            depth, point + step * tables.direction[leaf, cluster], intrinsics, plan.gate_m[joint]
-        )
-        path.append(point)
-        step = ONE(step * plan.decay[joint])
-    return np.array(path)
+        for x, y, z, weight in tables.vote[tables.nodes[node]["leaf"]]:
+            if weight > 0:
+                found.append((*(point + np.array([x, y, z], np.float32)), weight))
+    return np.array(found, np.float32)
+
+
+def density(found, bandwidth_m, place):
+    """Share of the votes' weight at a place: sum w exp(-d^2 / b^2) over sum w."""
+    squared = ((found[:, :3].astype(np.float64) - place) ** 2).sum(axis=1)
+    return (found[:, 3] * np.exp(-squared / bandwidth_m**2)).sum() / found[:, 3].astype(np.float64).sum()
+
+
+def climb(found, bandwidth_m, place):
+    """The mode of the votes that mean shift reaches from a place."""
+    place = np.float64(place)
+    for _ in range(1000):
+        squared = ((found[:, :3] - place) ** 2).sum(axis=1)
+        weight = found[:, 3] * np.exp(-squared / bandwidth_m**2)
+        place = (weight[:, None] * found[:, :3]).sum(axis=0) / weight.sum()
+    return place

@@ -21,7 +21,7 @@ class RWFConfig:
             that no training frame knows get none.
         skeleton: (joint, parent), parents first; limbs lie between the two.
         box_joints: Joints that the upper-body box of a training frame holds.
-        n_trees: Trees of an expert; each step of a walk draws one.
+        n_trees: Trees of an expert; walkers ask them in turn.
         seed: Of points, features and walks.
         n_points: Training points of a joint in a frame.
         near_share: Share of the points that lie in a ball around the joint; the rest lie on the way to it.
@@ -29,18 +29,20 @@ class RWFConfig:
         start_noise_m: Standard deviation, along each axis, of the places about a parent joint that ways start
             from [m].
         box_noise_m: The same about the middle of an upper-body box, in training and on validation frames [m].
-        gate_share: Share of the training joints that lie before and behind the gate on a point's depth, each.
-        n_clusters: Cluster centres kept in a leaf.
-        cluster_bandwidth: Of the directions' mean shift, as a chord of the unit sphere.
-        n_walks: Walks of a joint, side by side, the most.
-        n_steps: Steps of a walk. Validation frames may choose another number of them, with fewer walks where
-            they would make more than n_walks * n_steps steps in all.
-        step_m: Length of the first step [m].
-        decay: Length of a step over that of the step before.
-        n_arriving: First steps that the estimate does not count.
-        ways_m: Lengths of a walk whose steps do not decay [m], for validation frames to choose from. Short ones
-            end where limbs of the usual length end; long ones alone (1.2) suit people whom the training frames do
-            not resemble.
+        gate_share: Share of the training joints that lie farther behind the image's surface than points may.
+        snap_m: Points less far behind the surface are put on it, for the trees of an expert in turn [m]. Trees of
+            points on the surface see most people better, those of points behind it what is hidden.
+        softness_m: Trees are grown by directions for points farther from the joint than this, by offsets for nearer
+            ones [m].
+        n_clusters: Clusters of offsets kept in a leaf.
+        cluster_bandwidth_m: Of the offsets' mean shift, b of its kernel exp(-d^2 / b^2) [m].
+        n_walks: Walkers of a joint, side by side.
+        n_steps: Steps of a walk.
+        n_arriving: First steps whose votes do not count in the end.
+        scatter_m: Standard deviation of the walkers about the estimate, along each axis [m]. Validation frames may
+            choose another, as for the next two.
+        bandwidth_m: Of the votes' mean shift, likewise [m].
+        n_proposals: Places that are answered for a joint, the most.
         limb_share: Share of the training limbs that are shorter, and that are longer, than the limits.
         learn_skeleton: Also learn how to make one skeleton out of the joints' proposals (docs/skeletons.md).
         growth: How a tree is grown.
@@ -50,22 +52,24 @@ class RWFConfig:
     joints: tuple[str, ...] = ()
     skeleton: tuple[tuple[str, str], ...] = SKELETON
     box_joints: tuple[str, ...] = UPPER_BODY[:5]
-    n_trees: int = 1
+    n_trees: int = 4
     seed: int = 0
-    n_points: int = 300
+    n_points: int = 150
     near_share: float = 0.5
     reach_m: float = 0.3
     start_noise_m: float = 0.1
     box_noise_m: float = 0.15
     gate_share: float = 0.02
+    snap_m: tuple[float, ...] = (10.0, 0.3)
+    softness_m: float = 0.5
     n_clusters: int = 4
-    cluster_bandwidth: float = 0.5
-    n_walks: int = 8
-    n_steps: int = 10
-    step_m: float = 0.06
-    decay: float = 0.95
-    n_arriving: int = 5
-    ways_m: tuple[float, ...] = (0.2, 0.3, 0.45, 0.65, 0.9, 1.2)
+    cluster_bandwidth_m: float = 0.14
+    n_walks: int = 32
+    n_steps: int = 3
+    n_arriving: int = 1
+    scatter_m: float = 0.05
+    bandwidth_m: float = 0.1
+    n_proposals: int = 6
     limb_share: float = 0.01
     learn_skeleton: bool = False
     growth: GrowthConfig = field(
@@ -81,11 +85,11 @@ class RWFConfig:
 
     def __post_init__(self) -> None:
         check_fields(self, _RANGES)
-        for name in ("reach_m", "cluster_bandwidth", "step_m", "decay"):
+        for name in ("reach_m", "cluster_bandwidth_m", "scatter_m", "bandwidth_m"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} must be above 0")
-        if not self.ways_m or not min(self.ways_m) > 0:
-            raise ValueError(f"ways_m={self.ways_m} must be one or more lengths above 0 m")
+        if not self.snap_m:
+            raise ValueError("snap_m must hold one length or more")
         for name in ("gate_share", "limb_share"):
             if not getattr(self, name) < 0.5:
                 raise ValueError(f"{name}={getattr(self, name)} must be in [0, 0.5)")
@@ -102,12 +106,14 @@ _RANGES = {
     "start_noise_m": (0.0, 10.0),
     "box_noise_m": (0.0, 10.0),
     "gate_share": (0.0, 0.5),
+    "snap_m": (0.0, 100.0),
+    "softness_m": (0.0, 10.0),
     "n_clusters": (1, 1000),
-    "cluster_bandwidth": (0.0, 10.0),
+    "cluster_bandwidth_m": (0.0, 10.0),
     "n_walks": (1, 10_000),
     "n_steps": (1, 10_000),
-    "step_m": (0.0, 10.0),
-    "decay": (0.0, 1.0),
-    "ways_m": (0.0, 100.0),
+    "scatter_m": (0.0, 10.0),
+    "bandwidth_m": (0.0, 10.0),
+    "n_proposals": (1, 1000),
     "limb_share": (0.0, 0.5),
 }

@@ -12,20 +12,24 @@ from forests.rwf.walk import WalkPlan, WalkTables
 from forests.skeleton.model import SkeletonModel
 from forests.tree import tree_depth
 
+NARROW_M, NARROW_POWER = 0.1, 3
+"""A cluster of spread s votes with weight share * (c / (c + s)) ** power: the denser, the more [m]."""
+
 
 class ExpertTree(NamedTuple):
     """One tree of one joint's expert.
 
     Attributes:
         nodes: (n_nodes,) of NODE_DTYPE.
-        direction: (n_leaves, n_clusters, 3) float32, centres of clusters of unit vectors to the joint; 0 where
-            missing.
+        offset: (n_leaves, n_clusters, 3) float32, means of clusters of offsets to the joint [m]; 0 where missing.
         share: (n_leaves, n_clusters) float32, falling, sums to 1; 0 where missing.
+        spread: (n_leaves, n_clusters) float32, standard deviations of the clusters [m]; 0 where missing.
     """
 
     nodes: NDArray
-    direction: NDArray[np.float32]
+    offset: NDArray[np.float32]
     share: NDArray[np.float32]
+    spread: NDArray[np.float32]
 
 
 class Limbs(NamedTuple):
@@ -51,8 +55,9 @@ class RWFModel:
         experts: The trees of each joint.
         plan: How the experts walk.
         limbs: Ranges of the limbs' lengths in the training frames.
-        within_weights: (n_joints, 2) float32, logistic regression of "within 10 cm" on 1 and the spread [m]; NaN
-            = not calibrated.
+        within_weights: (n_joints, n_terms) float32, logistic regression of "within 10 cm" on `evidence.TERMS`; NaN =
+            not calibrated.
+        hidden_weights: (n_joints, n_terms) float32, of "occluded by an object", likewise.
         skeleton: What makes one skeleton out of the walks' ends; None = joints are answered as walked to.
     """
 
@@ -63,15 +68,15 @@ class RWFModel:
     plan: WalkPlan
     limbs: Limbs
     within_weights: NDArray[np.float32]
+    hidden_weights: NDArray[np.float32]
     skeleton: SkeletonModel | None = None
 
 
-def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...], n_clusters: int) -> WalkTables:
-    """Puts all trees behind one another.
+def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...]) -> WalkTables:
+    """Puts all trees behind one another, and weighs their clusters.
 
     Args:
         experts: The trees of each joint.
-        n_clusters: Clusters to walk by; the rest are left out.
     """
     shape = len(experts), len(experts[0])
     root, levels = np.empty(shape, np.int32), np.empty(shape, np.int32)
@@ -85,11 +90,8 @@ def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...], n_clusters: int) ->
             levels[joint, number] = tree_depth(tree.nodes)
             nodes.append(moved)
             n_nodes += len(moved)
-            n_leaves += len(tree.direction)
+            n_leaves += len(tree.offset)
     flat = [tree for trees in experts for tree in trees]
-    direction = np.concatenate([tree.direction[:, :n_clusters] for tree in flat])
-    cumulative = np.concatenate([tree.share[:, :n_clusters] for tree in flat]).cumsum(axis=1, dtype=np.float64)
-    cumulative /= cumulative[:, -1:]
-    # A cluster that is missing has the same sum as the one before it and is never drawn.
-    cumulative[:, -1] = 1.0
-    return WalkTables(np.concatenate(nodes), root, levels, direction, cumulative.astype(np.float32))
+    weight = [tree.share * (NARROW_M / (NARROW_M + tree.spread)) ** NARROW_POWER for tree in flat]
+    vote = [np.concatenate([tree.offset, w[:, :, None]], axis=2) for tree, w in zip(flat, weight, strict=True)]
+    return WalkTables(np.concatenate(nodes), root, levels, np.concatenate(vote).astype(np.float32))

@@ -22,11 +22,11 @@ class WayPoints(NamedTuple):
 
     Attributes:
         samples: Where they read the images; the label is 1.
-        directions: (n, 3) int16, unit vectors to the joint, DIRECTION_ONE a unit; zeros at the joint itself.
+        offsets: (n, 3) float32, from the point to the joint [m].
     """
 
     samples: Samples
-    directions: NDArray[np.int16]
+    offsets: NDArray[np.float32]
 
 
 def draw_way_points(
@@ -51,7 +51,8 @@ def draw_way_points(
         crops: The images.
         joints: (n_frames, 3) float32, the expert's joint, camera frame [m]; NaN = unknown.
         starts: (n_frames, 3) float32, where its walks start, camera frame [m].
-        gate_m: (2,) float32, least and greatest depth behind the measured depth [m].
+        gate_m: (2,) float32: points less than the first behind the measured depth are put on it, and none lies
+            farther behind it than the second [m].
         n_points: Points a frame.
         near_share: Share of the points in the ball.
         reach_m: Radius of the ball [m].
@@ -63,14 +64,29 @@ def draw_way_points(
     n = len(known) * n_points
     frame = np.repeat(known, n_points)
     x, y, z = np.empty(n, np.int16), np.empty(n, np.int16), np.empty(n, np.uint16)
-    directions = np.empty((n, 3), np.int16)
+    offsets = np.empty((n, 3), np.float32)
     n_near = round(near_share * n_points)
-    _draw(
-        crops, known, joints, starts, gate_m, n_points, n_near, reach_m, noise_m, seed, stream, x, y, z, directions
-    )
+    _draw(crops, known, joints, starts, gate_m, n_points, n_near, reach_m, noise_m, seed, stream, x, y, z, offsets)
     order = np.lexsort((x, y, frame))
     samples = Samples(frame, x[order], y[order], z[order], np.ones(n, np.uint8))
-    return WayPoints(samples, directions[order])
+    return WayPoints(samples, offsets[order])
+
+
+def growth_targets(offsets: NDArray[np.float32], softness_m: float) -> NDArray[np.int16]:
+    """What trees are grown by: offsets d shortened to d / sqrt(|d|^2 + s^2), so that far points do not outweigh near.
+
+    Far from the joint this is its direction, near it the offset itself.
+
+    Args:
+        offsets: (n, 3) float32 [m].
+        softness_m: s [m]; 0 = directions alone.
+
+    Returns:
+        (n, 3) int16, DIRECTION_ONE a unit.
+    """
+    exact = offsets.astype(np.float64)
+    length = np.sqrt((exact**2).sum(axis=1, keepdims=True) + softness_m**2)
+    return np.round(exact * (DIRECTION_ONE / np.maximum(length, 1e-6))).astype(np.int16)
 
 
 @njit(cache=True, nogil=True)
@@ -116,7 +132,7 @@ def _draw_point(
 def _draw(
     crops: Crops, known: np.ndarray, joints: np.ndarray, starts: np.ndarray, gate_m: np.ndarray, n_points: int,
     n_near: int, reach_m: float, noise_m: float, seed: int, stream: int,
-    x: np.ndarray, y: np.ndarray, z_mm: np.ndarray, directions: np.ndarray,
+    x: np.ndarray, y: np.ndarray, z_mm: np.ndarray, offsets: np.ndarray,
 ) -> None:  # fmt: skip
     point = np.empty(3, np.float32)
     for number in range(len(known)):
@@ -132,32 +148,25 @@ def _draw(
             x[i] = int32(math.floor(column)) - crops.origin[frame, 0]
             y[i] = int32(math.floor(row)) - crops.origin[frame, 1]
             z_mm[i] = np.uint16(kept * np.float32(1e3) + np.float32(0.5))
-            dx = joints[frame, 0] - point[0] * (kept / z)
-            dy = joints[frame, 1] - point[1] * (kept / z)
-            dz = joints[frame, 2] - kept
-            length = math.sqrt(dx * dx + dy * dy + dz * dz)
-            scale = DIRECTION_ONE / length if length > 1e-6 else 0.0
-            directions[i, 0] = np.int16(round(dx * scale))
-            directions[i, 1] = np.int16(round(dy * scale))
-            directions[i, 2] = np.int16(round(dz * scale))
+            offsets[i, 0] = joints[frame, 0] - point[0] * (kept / z)
+            offsets[i, 1] = joints[frame, 1] - point[1] * (kept / z)
+            offsets[i, 2] = joints[frame, 2] - kept
 
 
-def gate_of(crops: Crops, joints: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """The gate of one joint: how far it lies behind what the image shows at its pixel.
+def farthest_behind(crops: Crops, joints: NDArray[np.float32], share: float) -> float:
+    """How far one joint lies behind what the image shows at its pixel, at most.
 
     Args:
         crops: The images.
         joints: (n_frames, 3) float32, camera frame [m]; NaN = unknown.
-        share: Share of the frames on either side of the gate.
+        share: Share of the frames whose joint lies farther behind.
 
     Returns:
-        (2,) float32, least and greatest distance along z [m]; (-inf, inf) if no joint has anything before it.
+        A distance along z [m]; inf if no joint has anything before it.
     """
     gap = _gaps(crops, joints)
     gap = gap[np.isfinite(gap)]
-    if not len(gap):
-        return np.array([-np.inf, np.inf], np.float32)
-    return np.quantile(gap, [share, 1.0 - share]).astype(np.float32)
+    return float(max(np.quantile(gap, 1.0 - share), 0.0)) if len(gap) else np.inf
 
 
 @njit(cache=True, nogil=True)

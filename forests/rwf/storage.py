@@ -10,6 +10,7 @@ from forests.frames import LabelTable
 from forests.modelfile import naming_file, read_model, take_array, write_model
 from forests.records import from_json, to_json
 from forests.rwf.config import RWFConfig
+from forests.rwf.evidence import TERMS
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
 from forests.rwf.skeleton import chosen_joints
 from forests.rwf.walk import WalkPlan
@@ -18,7 +19,8 @@ from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "rwf"
 _MOST_WALKS = 4096
-_LONGEST_STEP_M = 10.0
+_FARTHEST_M = 10.0
+"""Longest offset to a joint, scatter and bandwidth [m]."""
 
 
 def save_model(path: Path, model: RWFModel, extra_metadata: Mapping[str, Any] | None = None) -> None:
@@ -33,7 +35,7 @@ def save_model(path: Path, model: RWFModel, extra_metadata: Mapping[str, Any] | 
         ValueError: A name of `extra_metadata` that is taken.
     """
     plan = model.plan
-    counts = {"n_walks": plan.n_walks, "n_steps": plan.n_steps, "n_clusters": plan.n_clusters}
+    counts = {"n_walks": plan.n_walks, "n_steps": plan.n_steps}
     own = {"config": to_json(model.config), "labels": to_json(model.labels), "walk": counts}
     extra = extra_metadata or {}
     if taken := sorted(own.keys() & extra.keys()):
@@ -56,7 +58,7 @@ def pack_model(model: RWFModel) -> dict[str, np.ndarray]:
     """A forest's arrays as a model file holds them."""
     arrays: dict[str, np.ndarray] = {f"plan.{name}": getattr(model.plan, name) for name in _PLAN}
     arrays |= {f"limbs.{name}": values for name, values in model.limbs._asdict().items()}
-    arrays["within_weights"] = model.within_weights
+    arrays |= {"within_weights": model.within_weights, "hidden_weights": model.hidden_weights}
     for number, tree in enumerate(tree for trees in model.experts for tree in trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
     return arrays | pack_skeleton(model.skeleton)
@@ -77,17 +79,19 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
         own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
         trees.append(unpack_tree(own, labels, config))
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(joints)))
-    plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_clusters)
-    weights = take_array(arrays, "within_weights", np.float32, (len(joints), 2))
-    if np.isinf(weights).any():
+    plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_trees)
+    shape = len(joints), len(TERMS)
+    within = take_array(arrays, "within_weights", np.float32, shape)
+    hidden = take_array(arrays, "hidden_weights", np.float32, shape)
+    if np.isinf(within).any() or np.isinf(hidden).any():
         raise ValueError("the weights of a joint's probability are not finite")
     skeleton = unpack_skeleton(arrays, joints)
-    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights, skeleton)
+    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), within, hidden, skeleton)
 
 
 def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:
     """A tree's arrays as a model file holds them."""
-    return pack_nodes(tree.nodes) | {"direction": tree.direction, "share": tree.share}
+    return pack_nodes(tree.nodes) | {"offset": tree.offset, "share": tree.share, "spread": tree.spread}
 
 
 def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: RWFConfig) -> ExpertTree:
@@ -95,7 +99,7 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: RW
 
     Args:
         arrays: The tree's.
-        labels: The forest's; a tree of directions does not depend on them.
+        labels: The forest's; a tree of offsets does not depend on them.
         config: The forest's.
 
     Raises:
@@ -103,48 +107,52 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: RW
     """
     nodes = unpack_nodes(arrays)
     n_leaves = int((nodes["leaf"] >= 0).sum())
-    direction = take_array(arrays, "direction", np.float32, (n_leaves, config.n_clusters, 3))
+    offset = take_array(arrays, "offset", np.float32, (n_leaves, config.n_clusters, 3))
     share = take_array(arrays, "share", np.float32, (n_leaves, config.n_clusters))
-    if not (np.abs(direction) <= 1.001).all():
-        raise ValueError("directions must be no longer than 1")
+    spread = take_array(arrays, "spread", np.float32, (n_leaves, config.n_clusters))
+    if not (np.abs(offset) <= _FARTHEST_M).all():
+        raise ValueError(f"offsets to joints must be within {_FARTHEST_M} m")
+    if not ((spread >= 0) & (spread <= _FARTHEST_M)).all():
+        raise ValueError(f"spreads of clusters must be in 0..{_FARTHEST_M} m")
     if not ((share >= 0).all() and (share[:, 0] > 0).all() and (np.abs(share.sum(axis=1) - 1.0) < 1e-3).all()):
         raise ValueError("the shares of a leaf's clusters must be at least 0 and sum to 1")
-    return ExpertTree(nodes, direction, share)
+    return ExpertTree(nodes, offset, share, spread)
 
 
-_PLAN = ("order", "start_from", "step_m", "decay", "n_arriving", "gate_m")
+_PLAN = ("order", "start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m")
 
 
-def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_clusters: int) -> WalkPlan:
+def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_trees: int) -> WalkPlan:
     if not isinstance(counts, Mapping) or any(type(counts.get(name)) is not int for name in _MOST):
         raise ValueError(f"the metadata's walk must hold the integers {', '.join(_MOST)}")
-    for name, most in (_MOST | {"n_clusters": n_clusters}).items():
+    for name, most in _MOST.items():
         if not 1 <= counts[name] <= most:
             raise ValueError(f"{name}={counts[name]} must be in 1..{most}")
     plan = WalkPlan(
         take_array(arrays, "plan.order", np.int32, (n_joints,)),
         take_array(arrays, "plan.start_from", np.int32, (n_joints,)),
-        take_array(arrays, "plan.step_m", np.float32, (n_joints,)),
-        take_array(arrays, "plan.decay", np.float32, (n_joints,)),
+        take_array(arrays, "plan.scatter_m", np.float32, (n_joints,)),
+        take_array(arrays, "plan.bandwidth_m", np.float32, (n_joints,)),
         take_array(arrays, "plan.n_arriving", np.int32, (n_joints,)),
-        take_array(arrays, "plan.gate_m", np.float32, (n_joints, 2)),
+        take_array(arrays, "plan.gate_m", np.float32, (n_joints, n_trees, 2)),
         counts["n_walks"],
         counts["n_steps"],
-        counts["n_clusters"],
     )
     if not np.array_equal(np.sort(plan.order), np.arange(n_joints)):
         raise ValueError("the order of the walks must name each joint once")
     _check_parents("start", plan.start_from, plan)
-    if not ((plan.step_m > 0) & (plan.step_m <= _LONGEST_STEP_M) & (plan.decay > 0) & (plan.decay <= 1)).all():
-        raise ValueError(f"steps must be in 0..{_LONGEST_STEP_M} m, their decay in 0..1")
+    for name in ("scatter_m", "bandwidth_m"):
+        values = getattr(plan, name)
+        if not ((values > 0) & (values <= _FARTHEST_M)).all():
+            raise ValueError(f"{name} must be in 0..{_FARTHEST_M} m")
     if (plan.n_arriving < 0).any() or (plan.n_arriving >= plan.n_steps).any():
         raise ValueError(f"n_arriving must be in 0..{plan.n_steps - 1}")
-    if not (plan.gate_m[:, 0] <= plan.gate_m[:, 1]).all():
-        raise ValueError("a gate ends before it begins")
+    if not (plan.gate_m >= 0).all():
+        raise ValueError("gates must be at least 0 m")
     return plan
 
 
-_MOST = {"n_walks": _MOST_WALKS, "n_steps": _MOST_WALKS, "n_clusters": 1}
+_MOST = {"n_walks": _MOST_WALKS, "n_steps": _MOST_WALKS}
 
 
 def _limbs(arrays: Mapping[str, np.ndarray], plan: WalkPlan) -> Limbs:

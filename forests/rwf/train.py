@@ -15,8 +15,9 @@ from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_direction_tree
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import RWFConfig
+from forests.rwf.evidence import TERMS
 from forests.rwf.model import ExpertTree, RWFModel
-from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
 from forests.rwf.predict import Predictor
 from forests.rwf.skeleton import chosen_joints, measure_limbs, starts_of
 from forests.rwf.start import start_point
@@ -91,8 +92,8 @@ def train(
         if part.joints != model.joints:  # a half knows no place of a joint
             return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        drawn = replace(halved, seed=config.seed)
-        return partial(_answers, replace(part, config=drawn, plan=model.plan, within_weights=model.within_weights))
+        told = replace(part, within_weights=model.within_weights, hidden_weights=model.hidden_weights)
+        return partial(_answers, replace(told, config=replace(halved, seed=config.seed), plan=model.plan))
 
     ask = partial(_answers, model)
     skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, False, 1, config.seed)
@@ -143,7 +144,7 @@ def train_forest(
     config, learned = _read_known(frames, config, lambda share: on_progress(_READ_SHARE * share))
     names = tuple(frames.labels.joints[place] for place in chosen_joints(frames.labels.joints, config.joints))
     parents = parents_of(names, config.skeleton)
-    gates = np.stack([gate_of(learned.crops, learned.joints[:, j], config.gate_share) for j in range(len(names))])
+    gates = _gates(learned, config)
     n_all = len(names) * config.n_trees
     trees = []
     for number in range(n_all):
@@ -157,12 +158,22 @@ def train_forest(
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
     plan = _untuned(config, parents, gates)
     limbs = measure_limbs(learned.joints, parents, config.limb_share)
-    weights = np.full((len(names), 2), np.nan, np.float32)
-    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
+    weights = np.full((len(names), len(TERMS)), np.nan, np.float32)
+    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights, weights.copy())
     if validation is not None and len(validation):
         model = tune(model, validation)
     on_progress(1.0)
     return model
+
+
+def _gates(learned: WalkFrames, config: RWFConfig) -> NDArray[np.float32]:
+    """(n_joints, n_trees, 2) float32, `WalkPlan.gate_m`."""
+    n_joints = learned.joints.shape[1]
+    gates = np.empty((n_joints, config.n_trees, 2), np.float32)
+    gates[:, :, 0] = [config.snap_m[tree % len(config.snap_m)] for tree in range(config.n_trees)]
+    for joint in range(n_joints):
+        gates[joint, :, 1] = farthest_behind(learned.crops, learned.joints[:, joint], config.gate_share)
+    return gates
 
 
 def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.float32]) -> WalkPlan:
@@ -171,13 +182,12 @@ def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.fl
     return WalkPlan(
         parents_first(parents),
         parents,
-        np.full(n, config.step_m, np.float32),
-        np.full(n, config.decay, np.float32),
+        np.full(n, config.scatter_m, np.float32),
+        np.full(n, config.bandwidth_m, np.float32),
         np.full(n, config.n_arriving, np.int32),
         gates,
         config.n_walks,
         config.n_steps,
-        config.n_clusters,
     )
 
 
@@ -245,7 +255,7 @@ def _train_tree(
         learned.crops,
         np.ascontiguousarray(learned.joints[:, joint]),
         starts_of(learned.joints, parents, joint, learned.starts),
-        gates[joint],
+        gates[joint, number % config.n_trees],
         config.n_points,
         config.near_share,
         config.reach_m,
@@ -253,9 +263,9 @@ def _train_tree(
         config.seed,
         number,
     )
+    targets = growth_targets(points.offsets, config.softness_m)
     grown = grow_direction_tree(
-        learned.crops, points.samples, points.directions, config.growth, config.seed, number, n_threads
+        learned.crops, points.samples, targets, config.growth, config.seed, number, n_threads
     )
-    return ExpertTree(
-        grown.nodes, *leaf_clusters(grown, points.directions, config.n_clusters, config.cluster_bandwidth)
-    )
+    clusters = leaf_clusters(grown, points.offsets, config.n_clusters, config.cluster_bandwidth_m)
+    return ExpertTree(grown.nodes, *clusters)

@@ -1,29 +1,28 @@
-"""What is chosen on validation frames: where walks start, how long steps are, what counts, and probabilities."""
+"""What is chosen on validation frames: where walks start, how far walkers scatter, and probabilities."""
 
 import itertools
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from forests.boxes import BOX_MARGIN_M, upper_body_box
 from forests.calibration import WITHIN_M, fit_logistic
-from forests.frames import FrameSequence, is_known
+from forests.frames import FrameSequence, Pinhole, is_known
+from forests.rwf.evidence import terms
 from forests.rwf.model import RWFModel, walk_tables
+from forests.rwf.predict import Predictor
 from forests.rwf.skeleton import chosen_joints
 from forests.rwf.start import start_point
 from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
 
-STEP_COUNTS = (7, 10, 14, 20)
-"""Beside the config's own number of steps."""
-WORTH = 0.002
-"""Fewer steps in all are taken if they lose no more than this share of the joints."""
-DECAYS = (0.95, 1.0)
-ARRIVING_SHARES = (0.25, 0.5, 0.75)
-CLUSTERS = (2, 4, 8)
-"""With one alone, walks side by side would be the same walk."""
+SCATTERS_M = (0.05, 0.1)
+"""Standard deviations of the walkers that are tried, beside the config's own [m]."""
+BANDWIDTHS_M = (0.07, 0.1, 0.15)
+"""b of the votes' kernel that are tried, likewise [m]."""
+ARRIVING = (0, 1, 2)
+"""Numbers of first steps whose votes do not count, likewise."""
 _START_STREAM = 0x57A7
 
 
@@ -35,12 +34,16 @@ class View(NamedTuple):
         intrinsics: (4,) float32, (fx, fy, cx, cy) [px].
         start: (3,) float32, camera frame [m].
         joints: (n_joints, 3) float32, the experts' joints, camera frame [m]; NaN = unknown.
+        camera: Intrinsics.
+        is_occluded: (n_joints,) bool, an object hides the joint.
     """
 
     depth: NDArray[np.uint16]
     intrinsics: NDArray[np.float32]
     start: NDArray[np.float32]
     joints: NDArray[np.float32]
+    camera: Pinhole
+    is_occluded: NDArray[np.bool_]
 
 
 def views_of(
@@ -70,7 +73,8 @@ def views_of(
             camera = frame.camera
             intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
             start[:2] += np.random.default_rng([_START_STREAM, index]).normal(0.0, noise_m, 2)
-            views.append(View(frame.depth, intrinsics, start, frame.joints[places]))
+            is_occluded = frame.is_occluded[places]
+            views.append(View(frame.depth, intrinsics, start, frame.joints[places], camera, is_occluded))
     return views
 
 
@@ -100,87 +104,68 @@ def choose_walks(model: RWFModel, views: list[View]) -> RWFModel:
     """
     if not views:
         return model
-    most = model.config.n_clusters
-    tried = [
-        _choose(model, views, model.plan._replace(n_walks=n_walks, n_steps=n_steps, n_clusters=most))
-        for n_walks, n_steps in step_budgets(model.config.n_walks, model.config.n_steps)
-    ]
-    best = least_worth([choice.score for choice in tried], WORTH * len(model.joints))
-    tried = tried[best : best + 1]
-    tried += [_choose(model, views, tried[0].plan._replace(n_clusters=n)) for n in CLUSTERS if n < most]
-    plan, points, spread = max(tried, key=lambda choice: choice.score)[1:]
+    return calibrated(replace(model, plan=_chosen_plan(model, views)), views)
+
+
+def calibrated(model: RWFModel, views: list[View]) -> RWFModel:
+    """Fits a forest's probabilities, "within 10 cm" and "occluded by an object", on the frames that know a joint.
+
+    Args:
+        model: A forest whose plan is settled.
+        views: Frames that it was not trained on.
+    """
+    walker = Predictor(model)
+    walks = [walker.walk(view.depth, view.camera, view.start) for view in views]
+    values = np.stack([terms(*walked, view.depth, view.camera) for walked, view in zip(walks, views, strict=True)])
     truth = np.stack([view.joints for view in views])
-    is_within = np.linalg.norm(points - truth, axis=2) <= WITHIN_M
-    weights = np.full((len(model.joints), 2), np.nan, np.float32)
+    is_hidden = np.stack([view.is_occluded for view in views])
+    is_within = np.linalg.norm(np.stack([w.ends[:, 0, :3] for w in walks]) - truth, axis=2) <= WITHIN_M
+    within, hidden = np.full((2, len(model.joints), values.shape[2]), np.nan, np.float32)
     has_truth = is_known(truth)
     for joint in np.flatnonzero(has_truth.any(axis=0)):
         rows = has_truth[:, joint]
-        terms = np.stack([np.ones(rows.sum()), spread[rows, joint].astype(np.float64)], axis=1)
-        weights[joint] = fit_logistic(terms, is_within[rows, joint])
-    return replace(model, plan=plan, within_weights=weights)
+        within[joint] = fit_logistic(values[rows, joint], is_within[rows, joint])
+        hidden[joint] = fit_logistic(values[rows, joint], is_hidden[rows, joint])
+    return replace(model, within_weights=within, hidden_weights=hidden)
 
 
-def step_budgets(n_walks: int, n_steps: int) -> list[tuple[int, int]]:
-    """Pairs (walks, steps) to choose from, those that cost least first.
-
-    None makes more than `n_walks * n_steps` steps in all, or has more than `n_walks` walks.
-    """
-    most = n_walks * n_steps
-    numbers = {n for n in STEP_COUNTS if n <= most} | {n_steps}
-    return sorted(((min(n_walks, most // n), n) for n in numbers), key=lambda pair: (pair[0] * pair[1], pair[1]))
-
-
-def least_worth(scores: list[float], loss: float) -> int:
-    """The first of the scores that is no more than `loss` below the best."""
-    return next(i for i, score in enumerate(scores) if score >= max(scores) - loss)
-
-
-class _Choice(NamedTuple):
-    score: float
-    plan: WalkPlan
-    points: NDArray[np.float32]
-    spread: NDArray[np.float32]
-
-
-def _choose(model: RWFModel, views: list[View], counts: WalkPlan) -> _Choice:
-    """The best plan with the walks, steps and clusters of `counts`, and where its walks end."""
-    plan = counts._replace(**{name: getattr(counts, name).copy() for name in _CHOSEN})
-    tables = walk_tables(model.experts, plan.n_clusters)
+def _chosen_plan(model: RWFModel, views: list[View]) -> WalkPlan:
+    """The best plan, joint by joint."""
+    plan = model.plan._replace(**{name: getattr(model.plan, name).copy() for name in _CHOSEN})
+    tables = walk_tables(model.experts)
     points = np.zeros((len(views), len(model.joints), 3), np.float32)
-    spread = np.zeros((len(views), len(model.joints)), np.float32)
-    total = 0.0
     for joint in plan.order:
         best = -1.0
-        for choice in _choices(model, views, int(joint), plan.n_steps):
+        for choice in _choices(model, views, int(joint)):
             for name, value in zip(_CHOSEN, choice, strict=True):
                 getattr(plan, name)[joint] = value
-            ends, spreads = walk_views(tables, plan, int(joint), model.config.seed, views, points)
+            ends = walk_views(tables, plan, int(joint), model.config.seed, views, points)
             score = _score(ends, views, int(joint))
             if score > best:
-                best, kept = score, (choice, ends, spreads)
+                best, kept = score, (choice, ends)
         for name, value in zip(_CHOSEN, kept[0], strict=True):
             getattr(plan, name)[joint] = value
-        points[:, joint], spread[:, joint] = kept[1:]
-        total += best
-    return _Choice(total, plan, points, spread)
+        points[:, joint] = kept[1]
+    return plan
 
 
-_CHOSEN = ("start_from", "step_m", "decay", "n_arriving")
+_CHOSEN = ("start_from", "scatter_m", "bandwidth_m", "n_arriving")
 
 
-def _choices(model: RWFModel, views: list[View], joint: int, n_steps: int) -> list[tuple[int, float, float, int]]:
+def _choices(model: RWFModel, views: list[View], joint: int) -> list[tuple[int, float, float, int]]:
     parent, config = int(model.limbs.parent[joint]), model.config
     if not any(np.isfinite(view.joints[joint]).all() for view in views):
-        return [(parent, config.step_m, config.decay, min(config.n_arriving, n_steps - 1))]
-    starts = (-1, parent) if parent >= 0 else (-1,)
-    arriving = sorted({int(share * n_steps) for share in ARRIVING_SHARES})
-    steps = [way / n_steps for way in config.ways_m]
-    return list(itertools.product(starts, steps, DECAYS, arriving))
+        return [(parent, config.scatter_m, config.bandwidth_m, config.n_arriving)]
+    starts = (parent, -1) if parent >= 0 else (-1,)
+    scatters = sorted({*SCATTERS_M, config.scatter_m})
+    bandwidths = sorted({*BANDWIDTHS_M, config.bandwidth_m})
+    arriving = sorted({n for n in ARRIVING if n < config.n_steps} | {config.n_arriving})
+    return list(itertools.product(starts, scatters, bandwidths, arriving))
 
 
 def walk_views(
     tables: WalkTables, plan: WalkPlan, joint: int, seed: int, views: list[View], points: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+) -> NDArray[np.float32]:
     """Walks to one joint in every view.
 
     Args:
@@ -192,28 +177,15 @@ def walk_views(
         points: (n_views, n_joints, 3) float32, the joints that were walked to before [m].
 
     Returns:
-        (n_views, 3) float32 expectations [m] and (n_views,) float32 standard deviations of the walks [m].
+        (n_views, 3) float32, the first ends [m].
     """
-    ends, spreads = np.empty((len(views), 3), np.float32), np.empty(len(views), np.float32)
+    ends = np.empty((len(views), 1, 4), np.float32)
+    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     parent = plan.start_from[joint]
     for i, view in enumerate(views):
         start = view.start if parent < 0 else points[i, parent]
-        spreads[i] = _walk(view.depth, view.intrinsics, tables, plan, joint, seed, start, ends[i])
-    return ends, spreads
-
-
-@njit(cache=True, nogil=True)
-def _walk(
-    depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, joint: int, seed: int,
-    start: np.ndarray, end: np.ndarray,
-) -> float:  # fmt: skip
-    """Fills the expectation and returns the spread of one joint's walks [m]."""
-    points = np.empty((plan.n_walks, 3), np.float32)
-    points[:] = start
-    moments = np.empty(6, np.float64)
-    walk_joint(depth, intrinsics, tables, plan, joint, seed, points, moments)
-    end[:] = moments[:3]
-    return np.sqrt(np.maximum(moments[3:] - moments[:3] ** 2, 0.0).sum())
+        walk_joint(view.depth, view.intrinsics, tables, plan, joint, seed, start, votes, ends[i])
+    return ends[:, 0, :3]
 
 
 def _score(ends: NDArray[np.float32], views: list[View], joint: int) -> float:

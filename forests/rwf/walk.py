@@ -1,4 +1,4 @@
-"""The kernels of a walk: where a point reads the image, how it comes down a tree, where it steps."""
+"""The kernels of a walk: where walkers read the image, how they come down a tree, where their votes gather."""
 
 import math
 from typing import NamedTuple
@@ -9,14 +9,24 @@ from numpy.typing import NDArray
 
 from forests.crops import NOTHING
 from forests.features import difference
-from forests.hashing import hash4, splitmix64, unit_float
+from forests.hashing import hash4
+from forests.modes import quick_climb, quick_sums
 
 NEAREST_M = 0.2
 FARTHEST_M = 30.0
 """A walk's depth stays between these [m]."""
 FARTHEST_PX = 30000.0
 """A walk's pixel stays within this of the origin [px]: a sample's column is an int16."""
+N_STARTS, N_LAST_STARTS = 6, 24
+"""Votes whose density is looked at after a step, and after the last one; evenly spread over all votes. The densest
+climbs to a mode."""
+APART = 1.0
+"""Votes nearer to a mode than this do not climb to another one, in bandwidths."""
 _WALK_STREAM = 0x3A1C
+_UNIT_BITS = 21
+"""Bits of a hash that place a walker along one axis."""
+_HALF_WIDTH = 3.0**0.5
+"""Of a uniform distribution, in standard deviations."""
 
 
 class WalkTables(NamedTuple):
@@ -26,15 +36,14 @@ class WalkTables(NamedTuple):
         nodes: (n_nodes,) of NODE_DTYPE; `left` and `leaf` count from the start of the whole arrays.
         root: (n_joints, n_trees) int32, node numbers.
         levels: (n_joints, n_trees) int32, decisions on the longest way down.
-        direction: (n_leaves, n_clusters, 3) float32, cluster centres of unit vectors to the joint.
-        cumulative: (n_leaves, n_clusters) float32, shares of the clusters, summed up; the last is 1 or more.
+        vote: (n_leaves, n_clusters, 4) float32, offsets x, y, z to the joint [m] and their weight, falling; a weight
+            of 0 where there is no further cluster.
     """
 
     nodes: NDArray
     root: NDArray[np.int32]
     levels: NDArray[np.int32]
-    direction: NDArray[np.float32]
-    cumulative: NDArray[np.float32]
+    vote: NDArray[np.float32]
 
 
 class WalkPlan(NamedTuple):
@@ -44,24 +53,23 @@ class WalkPlan(NamedTuple):
         order: (n_joints,) int32, joints in the order of their walks.
         start_from: (n_joints,) int32, the joint whose estimate a walk starts from, walked before; -1 = the start
             point.
-        step_m: (n_joints,) float32, length of the first step [m].
-        decay: (n_joints,) float32, length of a step over that of the step before.
-        n_arriving: (n_joints,) int32, first steps that the estimate does not count.
-        gate_m: (n_joints, 2) float32, least and greatest depth of a walk's point behind the measured depth [m].
-        n_walks: Walks of a joint, side by side.
+        scatter_m: (n_joints,) float32, standard deviation of the walkers about the estimate, along each axis [m].
+        bandwidth_m: (n_joints,) float32, b of the votes' kernel exp(-d^2 / b^2) [m].
+        n_arriving: (n_joints,) int32, first steps whose votes do not count in the end.
+        gate_m: (n_joints, n_trees, 2) float32: walkers less than the first behind the measured depth are put on it,
+            and none is farther behind it than the second [m].
+        n_walks: Walkers of a joint, side by side.
         n_steps: Steps of a walk.
-        n_clusters: Cluster centres of a leaf that a step is drawn from, the largest.
     """
 
     order: NDArray[np.int32]
     start_from: NDArray[np.int32]
-    step_m: NDArray[np.float32]
-    decay: NDArray[np.float32]
+    scatter_m: NDArray[np.float32]
+    bandwidth_m: NDArray[np.float32]
     n_arriving: NDArray[np.int32]
     gate_m: NDArray[np.float32]
     n_walks: int
     n_steps: int
-    n_clusters: int
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -75,11 +83,16 @@ def read_depth(depth: np.ndarray, column: float, row: float) -> int:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def gated(z: float, surface: int, nearest: float, farthest: float) -> float:
-    """Depth of a point, kept within the gate behind the measured depth, if there is any [m]."""
+def gated(z: float, surface: int, snap: float, farthest: float) -> float:
+    """Depth of a point: on the surface or behind it, where there is one [m].
+
+    A point that would lie less than `snap` behind the surface is put on it, and none lies farther than `farthest`
+    behind it.
+    """
     if surface != NOTHING:
         measured = float32(surface) * float32(1e-3)
-        z = float32(min(max(z, measured + nearest), measured + farthest))
+        behind = min(z - measured, farthest)
+        z = measured if behind < snap else float32(measured + behind)
     return float32(min(max(z, float32(NEAREST_M)), float32(FARTHEST_M)))
 
 
@@ -92,11 +105,17 @@ def pixel_of(x: float, z: float, f: float, c: float) -> float:
 
 @njit(cache=True, nogil=True, inline="always")
 def child_of(
-    nodes: np.ndarray, number: int, depth: np.ndarray, column: float, row: float, z: float, fx: float, fy: float
+    nodes: np.ndarray,
+    number: int,
+    depth: np.ndarray,
+    column: float,
+    row: float,
+    z: float,
+    fx_z: float,
+    fy_z: float,
 ) -> int:
     """The node that follows; a leaf follows itself. A probe without offset reads the point's own depth."""
     node = nodes[number]
-    fx_z, fy_z = fx / z, fy / z
     first = read_depth(depth, column + fx_z * node.u[0], row + fy_z * node.u[1])
     if node.v[0] == 0.0 and node.v[1] == 0.0:
         second = int32(z * float32(1e3) + float32(0.5))
@@ -108,9 +127,9 @@ def child_of(
 @njit(cache=True, nogil=True)
 def walk_joint(
     depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, joint: int, seed: int,
-    points: np.ndarray, moments: np.ndarray,
-) -> None:  # fmt: skip
-    """Walks towards one joint, all walks in lockstep.
+    start: np.ndarray, votes: np.ndarray, ends: np.ndarray,
+) -> int:  # fmt: skip
+    """Walks towards one joint: walkers gather about the estimate and vote, and it moves to where most votes are.
 
     Args:
         depth: (height, width) uint16 [mm], 0 = nothing.
@@ -118,61 +137,133 @@ def walk_joint(
         tables: The experts.
         plan: How to walk.
         joint: Which expert.
-        seed: Of the walks.
-        points: (n_walks, 3) float32, where the walks start, camera frame [m]; where they end, on return.
-        moments: (6,) float64 to fill: means of x, y, z and of their squares over all steps that count.
+        seed: Of the walkers' places.
+        start: (3,) float32, where the walk starts, camera frame [m].
+        votes: (n_walks * n_steps * n_clusters or more, 4) float32 to fill: x, y, z [m], weight.
+        ends: (n_ends, 4) float32 to fill: modes of the votes, camera frame [m], and the share of the votes' weight
+            that is there, falling; NaN and 0 where there are no more.
+
+    Returns:
+        Number of votes that count in the end.
     """
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    n_trees = tables.root.shape[1]
-    n_walks = len(points)
-    nearest, farthest = plan.gate_m[joint, 0], plan.gate_m[joint, 1]
-    column, row = np.empty(n_walks, np.float32), np.empty(n_walks, np.float32)
-    number, key = np.empty(n_walks, np.int32), np.empty(n_walks, np.uint64)
-    moments[:] = 0.0
-    for walk in range(n_walks):
-        key[walk] = hash4(seed, _WALK_STREAM, joint, walk)
-        place_point(depth, points[walk], fx, fy, cx, cy, nearest, farthest, column, row, walk)
-    step = plan.step_m[joint]
-    for step_number in range(plan.n_steps):
+    fx, fy = intrinsics[0], intrinsics[1]
+    nodes, n_trees, n_clusters = tables.nodes, tables.root.shape[1], tables.vote.shape[1]
+    point = np.empty((plan.n_walks, 3), np.float32)
+    column, row = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
+    number = np.empty(plan.n_walks, np.int32)
+    fx_z, fy_z = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
+    ends[0, :3] = start
+    n_votes = 0
+    for step in range(plan.n_steps):
+        _place_walkers(depth, intrinsics, plan, joint, seed, step, ends[0], point, column, row)
         levels = 0
-        for walk in range(n_walks):
-            key[walk] = splitmix64(key[walk])
-            tree = int32(key[walk] & uint64(0xFFFF)) % n_trees
+        for walk in range(plan.n_walks):
+            tree = (walk + step) % n_trees
             number[walk] = tables.root[joint, tree]
+            fx_z[walk], fy_z[walk] = fx / point[walk, 2], fy / point[walk, 2]
             levels = max(levels, tables.levels[joint, tree])
         for _ in range(levels):
-            for walk in range(n_walks):
+            for walk in range(plan.n_walks):
                 number[walk] = child_of(
-                    tables.nodes, number[walk], depth, column[walk], row[walk], points[walk, 2], fx, fy
+                    nodes, number[walk], depth, column[walk], row[walk], point[walk, 2], fx_z[walk], fy_z[walk]
                 )
-        for walk in range(n_walks):
+        if step <= plan.n_arriving[joint]:
+            n_votes = 0
+        for walk in range(plan.n_walks):
             leaf = tables.nodes[number[walk]].leaf
-            drawn = unit_float(key[walk])
-            cluster = 0
-            while tables.cumulative[leaf, cluster] < drawn:
-                cluster += 1
-            for axis in range(3):
-                points[walk, axis] += step * tables.direction[leaf, cluster, axis]
-            place_point(depth, points[walk], fx, fy, cx, cy, nearest, farthest, column, row, walk)
-            if step_number >= plan.n_arriving[joint]:
+            for cluster in range(n_clusters):
+                if not tables.vote[leaf, cluster, 3] > 0.0:
+                    break
                 for axis in range(3):
-                    place = np.float64(points[walk, axis])
-                    moments[axis] += place
-                    moments[axis + 3] += place * place
-        step *= plan.decay[joint]
-    moments /= n_walks * (plan.n_steps - plan.n_arriving[joint])
+                    votes[n_votes, axis] = point[walk, axis] + tables.vote[leaf, cluster, axis]
+                votes[n_votes, 3] = tables.vote[leaf, cluster, 3]
+                n_votes += 1
+        is_last = step == plan.n_steps - 1
+        n_ends, n_starts = (len(ends), N_LAST_STARTS) if is_last else (1, N_STARTS)
+        gather(votes[:n_votes], plan.bandwidth_m[joint], n_starts, ends[:n_ends])
+    return n_votes
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _place_walkers(
+    depth: np.ndarray, intrinsics: np.ndarray, plan: WalkPlan, joint: int, seed: int, step: int, centre: np.ndarray,
+    point: np.ndarray, column: np.ndarray, row: np.ndarray,
+) -> None:  # fmt: skip
+    """Puts the walkers about the estimate, in the gate, and projects them."""
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    gate = plan.gate_m[joint]
+    half_width = plan.scatter_m[joint] * float32(_HALF_WIDTH)
+    for walk in range(len(point)):
+        key = uint64(hash4(seed, _WALK_STREAM, joint, step * len(point) + walk))
+        for axis in range(3):
+            share = float32(key & uint64(2**_UNIT_BITS - 1)) * float32(2.0 / 2**_UNIT_BITS) - float32(1.0)
+            point[walk, axis] = centre[axis] + half_width * share
+            key >>= uint64(_UNIT_BITS)
+        snap, farthest = gate[(walk + step) % len(gate)]
+        place_point(depth, point[walk], fx, fy, cx, cy, snap, farthest, column, row, walk)
+
+
+@njit(cache=True, nogil=True)
+def gather(votes: np.ndarray, bandwidth_m: float, n_starts: int, ends: np.ndarray) -> None:
+    """The densest modes of weighted votes.
+
+    Args:
+        votes: (n, 4) float32, x, y, z [m] and weight, above 0.
+        bandwidth_m: b of the kernel [m].
+        n_starts: Votes that may climb, at most.
+        ends: (n_ends, 4) float32 to fill: places [m], and densities as shares of all weight, falling; NaN and 0
+            where there are no more.
+    """
+    n = len(votes)
+    cells = np.empty((4, n), np.float32)
+    scale, total = float32(1.0) / float32(bandwidth_m), 0.0
+    for i in range(n):
+        for axis in range(3):
+            cells[axis, i] = votes[i, axis] * scale
+        cells[3, i] = votes[i, 3]
+        total += votes[i, 3]
+    n_starts = min(n, n_starts)
+    density = np.empty(n_starts, np.float64)
+    for k in range(n_starts):
+        at = k * n // n_starts
+        density[k] = quick_sums(cells, cells[0, at], cells[1, at], cells[2, at])[0]
+    modes = np.empty((len(ends) + 1, 4), np.float64)
+    n_modes = 0
+    for _ in range(n_starts):
+        best = np.argmax(density)
+        if density[best] < 0.0 or n_modes == len(ends):
+            break
+        density[best] = -1.0
+        n_modes = quick_climb(cells, best * n // n_starts, modes, n_modes)
+        for k in range(n_starts):
+            at = k * n // n_starts
+            gap = 0.0
+            for axis in range(3):
+                gap += (cells[axis, at] - modes[n_modes - 1, axis]) ** 2
+            if gap < APART**2:
+                density[k] = -1.0
+    for end in range(len(ends)):
+        if end >= n_modes:
+            ends[end, :3] = np.nan
+            ends[end, 3] = 0.0
+            continue
+        best = np.argmax(modes[:n_modes, 3])
+        for axis in range(3):
+            ends[end, axis] = modes[best, axis] * bandwidth_m
+        ends[end, 3] = modes[best, 3] / total
+        modes[best, 3] = -1.0
 
 
 @njit(cache=True, nogil=True, inline="always")
 def place_point(
     depth: np.ndarray, point: np.ndarray, fx: float, fy: float, cx: float, cy: float,
-    nearest: float, farthest: float, column: np.ndarray, row: np.ndarray, walk: int,
+    snap: float, farthest: float, column: np.ndarray, row: np.ndarray, walk: int,
 ) -> None:  # fmt: skip
     """Projects a point and moves it along its ray into the gate."""
     z = max(point[2], float32(NEAREST_M))
     column[walk] = pixel_of(point[0], z, fx, cx)
     row[walk] = pixel_of(point[1], z, fy, cy)
-    kept = gated(z, read_depth(depth, column[walk], row[walk]), nearest, farthest)
+    kept = gated(z, read_depth(depth, column[walk], row[walk]), snap, farthest)
     point[0] *= kept / z
     point[1] *= kept / z
     point[2] = kept
@@ -181,7 +272,7 @@ def place_point(
 @njit(cache=True, nogil=True)
 def walk_skeleton(
     depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, start: np.ndarray, seed: int,
-    joints: np.ndarray, spread: np.ndarray,
+    ends: np.ndarray, spread: np.ndarray, weight: np.ndarray,
 ) -> None:  # fmt: skip
     """Walks to every joint in the plan's order.
 
@@ -191,19 +282,27 @@ def walk_skeleton(
         tables: The experts.
         plan: How to walk.
         start: (3,) float32, camera frame [m].
-        seed: Of the walks.
-        joints: (n_joints, 3) float32 to fill, expectations of the walks, camera frame [m].
-        spread: (n_joints,) float32 to fill, standard deviations of the walks' steps [m].
+        seed: Of the walkers' places.
+        ends: (n_joints, n_ends, 4) float32 to fill, as of `walk_joint`.
+        spread: (n_joints,) float32 to fill, standard deviations of the votes about the first ends [m].
+        weight: (n_joints,) float32 to fill, the votes' mean weights.
     """
-    points = np.empty((plan.n_walks, 3), np.float32)
-    moments = np.empty(6, np.float64)
+    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     for joint in plan.order:
         parent = plan.start_from[joint]
+        place = start if parent < 0 else ends[parent, 0, :3]
+        n = walk_joint(depth, intrinsics, tables, plan, joint, seed, place, votes, ends[joint])
+        spread[joint], weight[joint] = spread_of(votes[:n], ends[joint, 0])
+
+
+@njit(cache=True, nogil=True)
+def spread_of(votes: np.ndarray, place: np.ndarray) -> tuple[float, float]:
+    """Standard deviation of weighted votes (n, 4) about a place [m], and their mean weight."""
+    total, squares = 0.0, 0.0
+    for i in range(len(votes)):
+        squared = 0.0
         for axis in range(3):
-            points[:, axis] = start[axis] if parent < 0 else joints[parent, axis]
-        walk_joint(depth, intrinsics, tables, plan, joint, seed, points, moments)
-        variance = 0.0
-        for axis in range(3):
-            joints[joint, axis] = moments[axis]
-            variance += max(moments[axis + 3] - moments[axis] * moments[axis], 0.0)
-        spread[joint] = math.sqrt(variance)
+            squared += (votes[i, axis] - place[axis]) ** 2
+        total += votes[i, 3]
+        squares += votes[i, 3] * squared
+    return math.sqrt(squares / total), total / len(votes)

@@ -21,6 +21,7 @@ from forests.oarf.storage import pack_model, save_model
 from forests.oarf.tune import untuned
 from forests.records import to_json
 from forests.rwf.config import RWFConfig
+from forests.rwf.evidence import TERMS
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
 from forests.rwf.predict import Predictor as RWFPredictor
 from forests.rwf.storage import save_model as save_walks
@@ -78,14 +79,15 @@ def regression_forest() -> OARFModel:
 
 
 def random_walk_forest() -> RWFModel:
-    tree = ExpertTree(single_leaf(), np.zeros((1, 1, 3), np.float32), np.ones((1, 1), np.float32))
+    one = np.ones((1, 1), np.float32)
+    tree = ExpertTree(single_leaf(), np.zeros((1, 1, 3), np.float32), one, 0 * one)
     ones, none = np.ones(2, np.float32), np.full(2, -1, np.int32)
-    gate = np.tile(np.float32([-np.inf, np.inf]), (2, 1))
-    plan = WalkPlan(np.arange(2, dtype=np.int32), none, ones, ones, np.zeros(2, np.int32), gate, 2, 3, 1)
+    gate = np.tile(np.float32([0, np.inf]), (2, 1, 1))
+    plan = WalkPlan(np.arange(2, dtype=np.int32), none, ones, ones, np.zeros(2, np.int32), gate, 2, 3)
     limbs = Limbs(none, np.tile(np.float32([0, np.inf]), (2, 1)))
-    weights = np.full((2, 2), np.nan, np.float32)
-    config = RWFConfig(n_clusters=1)
-    return RWFModel(config, LABELS, LABELS.joints, ((tree,), (tree,)), plan, limbs, weights)
+    weights = np.full((2, len(TERMS)), np.nan, np.float32)
+    config = RWFConfig(n_trees=1, n_clusters=1)
+    return RWFModel(config, LABELS, LABELS.joints, ((tree,), (tree,)), plan, limbs, weights, weights)
 
 
 @pytest.fixture(params=sorted(KINDS))

@@ -16,7 +16,7 @@ from forests.oarf.predict import Predictor
 from forests.oarf.storage import load_model, save_model
 from forests.oarf.train import train
 from forests.oarf.tune import DEFAULT_BANDWIDTH_M, tune
-from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.points import draw_way_points, farthest_behind
 from forests.rwf.predict import Predictor as Walker
 from forests.rwf.skeleton import measure_limbs, starts_of
 from forests.rwf.storage import load_model as load_walks
@@ -238,7 +238,7 @@ def test_a_parent_that_some_frames_lack_and_a_joint_that_validation_lacks():
     assert np.isnan(model.within_weights[FOOT]).all()
     assert np.isfinite(model.within_weights[:FOOT]).all()
     assert model.plan.start_from[FOOT] == 1
-    assert model.plan.step_m[FOOT] == np.float32(walks.CONFIG.step_m)
+    assert model.plan.scatter_m[FOOT] == np.float32(walks.CONFIG.scatter_m)
     test = walks.people(30, 2)
     boxes = [upper_body_box(frame.joints[:2], frame.camera, 0.1) for frame in test]
     found = [Walker(model).predict(f.depth, f.camera, box=box).joints for f, box in zip(test, boxes, strict=True)]
@@ -254,16 +254,16 @@ def test_frames_that_lack_a_joint_give_no_points_and_leave_the_others_theirs():
         np.tile(np.float32([50.0, 50.0, 3.5, 3.5]), (4, 1)),
     )
     joints = np.random.default_rng(0).normal([0, 0, 2], 0.1, (4, 3)).astype(np.float32)
-    starts, gate = np.zeros_like(joints) + np.float32([0, 0, 2]), np.float32([-0.2, 0.2])
+    starts, gate = np.zeros_like(joints) + np.float32([0, 0, 2]), np.float32([0.1, 0.2])
     full = draw_way_points(crops, joints, starts, gate, 10, 0.5, 0.3, 0.1, 0, 0)
     joints[[0, 2]] = np.nan
     partial = draw_way_points(crops, joints, starts, gate, 10, 0.5, 0.3, 0.1, 0, 0)
     is_kept = np.isin(full.samples.frame, (1, 3))
     for mine, theirs in zip(partial.samples, full.samples, strict=True):
         assert np.array_equal(mine, theirs[is_kept])
-    assert np.array_equal(partial.directions, full.directions[is_kept])
-    assert np.isfinite(gate_of(crops, joints, 0.0)).all()
-    assert not np.isfinite(gate_of(crops, np.full_like(joints, np.nan), 0.0)).any()
+    assert np.array_equal(partial.offsets, full.offsets[is_kept])
+    assert np.isfinite(farthest_behind(crops, joints, 0.0))
+    assert np.isinf(farthest_behind(crops, np.full_like(joints, np.nan), 0.0))
 
 
 def test_ways_start_at_the_nearest_ancestor_that_the_frame_knows():

@@ -18,7 +18,7 @@ SETTINGS = {
     ),
     "train": (
         "max_frames = 40\nthreads = 1\noverwrite = false\n[forest]\njoints = [\"head\", \"neck\"]\nn_points = 30\n"
-        "reach_m = 0.3\nways_m = [0.2, 0.3]\n[forest.growth]\nmax_depth = 5\nmax_offset_m = 0.5\n"
+        "reach_m = 0.3\nbox_joints = [\"neck\"]\n[forest.growth]\nmax_depth = 5\nmax_offset_m = 0.5\n"
     ),
     "ablate": (
         "rows = [\"baseline\", \"semantic\"]\nn_seeds = { oarf = 2 }\nn_resamples = 50\ntree_counts = [1, 2]\n"

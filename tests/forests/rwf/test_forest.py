@@ -22,9 +22,10 @@ CONFIG = RWFConfig(
     box_joints=("head", "neck"),
     n_points=60,
     reach_m=0.3,
-    n_walks=4,
-    n_steps=12,
-    n_arriving=4,
+    n_trees=1,
+    n_walks=8,
+    n_steps=4,
+    n_proposals=3,
     growth=GrowthConfig(max_depth=8, n_candidates=60, n_finalists=20, min_samples_leaf=10, max_offset_m=0.5),
 )
 
@@ -91,7 +92,7 @@ def test_it_finds_the_joints_of_toy_people_behind_tables_too(forest):
 def test_an_estimate_has_all_that_users_read(forest):
     frame = TEST[0]
     estimate = forest.predict(frame.depth, CAMERA, box=(30, 5, 66, 40))
-    assert estimate.proposals.shape == (3, 1, 3)
+    assert estimate.proposals.shape == (3, 3, 3)
     assert estimate.joints.dtype == np.float32
     assert ((estimate.confidence > 0) & (estimate.confidence <= 1)).all()
     assert ((estimate.probability > 0) & (estimate.probability < 1)).all()
@@ -205,19 +206,22 @@ def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
         ("plan.order", 0, 7),
         ("plan.start_from", 0, 2),
         ("plan.start_from", 1, -2),
-        ("plan.step_m", 0, np.nan),
-        ("plan.decay", 0, 1.5),
+        ("plan.scatter_m", 0, np.nan),
+        ("plan.bandwidth_m", 0, 0.0),
         ("plan.n_arriving", 0, 20),
-        ("plan.gate_m", (0, 0), np.nan),
+        ("plan.gate_m", (0, 0, 0), np.nan),
         ("limbs.parent", 0, 3),
         ("limbs.length_m", (0, 0), np.nan),
         ("within_weights", (0, 0), np.inf),
+        ("hidden_weights", (0, 0), np.inf),
         ("tree0.left", 0, 10**6),
         ("tree0.leaf", -1, 10**6),
         ("tree0.offsets", (0, 0), np.inf),
         ("tree1.share", (0, 0), np.nan),
         ("tree1.share", (0, 0), -1.0),
-        ("tree1.direction", (0, 0, 0), 5.0),
+        ("tree1.offset", (0, 0, 0), 50.0),
+        ("tree1.offset", (0, 0, 0), np.nan),
+        ("tree1.spread", (0, 0), -1.0),
     ],
 )
 def test_no_file_makes_a_walk_read_out_of_bounds(forest, name, place, value):
@@ -227,7 +231,7 @@ def test_no_file_makes_a_walk_read_out_of_bounds(forest, name, place, value):
         unpack_model(arrays, metadata_of(forest))
 
 
-@pytest.mark.parametrize("walk", [None, {"n_walks": 1}, {"n_walks": 0, "n_steps": 12, "n_clusters": 1}])
+@pytest.mark.parametrize("walk", [None, {"n_walks": 1}, {"n_walks": 0, "n_steps": 4}])
 def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
     with pytest.raises(ValueError, match=r"walk"):
         unpack_model(pack_model(forest.model_), metadata_of(forest) | {"walk": walk})
@@ -237,5 +241,5 @@ def metadata_of(forest: RandomWalkForest) -> dict:
     from forests.records import to_json
 
     plan = forest.model_.plan
-    counts = {name: getattr(plan, name) for name in ("n_walks", "n_steps", "n_clusters")}
+    counts = {name: getattr(plan, name) for name in ("n_walks", "n_steps")}
     return {"config": to_json(CONFIG), "labels": to_json(LABELS), "walk": counts}

@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from forests.boxes import upper_body_box
-from forests.crops import crop_image
+from forests.crops import Crops, crop_image
 from forests.frames import Intrinsics
 from forests.growing import DIRECTION_ONE, GrownTree
-from forests.rwf.clusters import find_modes, leaf_clusters
+from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import UPPER_BODY, RWFConfig
-from forests.rwf.points import draw_way_points, gate_of
+from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
 from forests.rwf.skeleton import chosen_joints, fit_limbs, measure_limbs
 from forests.rwf.start import start_point
 from forests.skeleton.kinematics import SKELETON, parents_first, parents_of
@@ -27,22 +26,29 @@ def wall_with_hole() -> np.ndarray:
     return depth
 
 
-def drawn(n_points=400, near_share=0.5, gate=(-np.inf, np.inf), noise_m=0.0):
+def drawn(n_points=400, near_share=0.5, gate=(0.0, np.inf), noise_m=0.0):
     crops = crop_image(wall_with_hole(), CAMERA)
     joint, start = np.float32([[0.05, 0.02, 2.2]]), np.float32([[-0.3, -0.2, 2.05]])
     points = draw_way_points(crops, joint, start, np.float32(gate), n_points, near_share, 0.4, noise_m, 3, 1)
     return points, points.samples.points(crops), joint[0], start[0]
 
 
-def test_directions_are_unit_vectors_from_the_point_to_the_joint():
+def test_offsets_lead_from_the_point_to_the_joint():
     points, places, joint, _ = drawn()
-    towards = joint - places
-    length = np.linalg.norm(towards, axis=1)
-    far = length > 0.1
     # A pixel at 2 m spans 2 cm: a point is known from its pixel to 1 cm a side.
-    off = np.abs(points.directions / DIRECTION_ONE * length[:, None] - towards)
-    assert off[far].max() < 0.016
-    np.testing.assert_allclose(np.linalg.norm(points.directions[far] / DIRECTION_ONE, axis=1), 1.0, atol=1e-4)
+    off = np.abs(points.offsets - (joint - places))
+    assert off.max() < 0.016
+    assert np.linalg.norm(points.offsets, axis=1).max() > 0.3
+
+
+def test_trees_are_grown_by_directions_far_away_and_by_offsets_near():
+    offsets = np.float32([[3.0, 4.0, 0.0], [0.0, 0.0, 0.01], [0.0, 0.0, 0.0]])
+    targets = growth_targets(offsets, 0.1) / DIRECTION_ONE
+    np.testing.assert_allclose(targets[0], [0.6, 0.8, 0.0], atol=1e-3)
+    np.testing.assert_allclose(targets[1], [0.0, 0.0, 0.1], atol=1e-3)
+    np.testing.assert_array_equal(targets[2], 0.0)
+    alone = growth_targets(offsets, 0.0) / DIRECTION_ONE
+    np.testing.assert_allclose(np.linalg.norm(alone, axis=1), [1, 1, 0], atol=1e-4)
 
 
 def test_points_lie_in_the_ball_or_on_the_way():
@@ -57,62 +63,52 @@ def test_points_lie_in_the_ball_or_on_the_way():
     assert share.max() < 1.05
 
 
-def test_points_before_the_surface_are_moved_into_the_gate():
-    points, _, _, _ = drawn(gate=(0.1, 0.15))
-    image_x, image_y = points.samples.x + 19, points.samples.y + 9
-    on_wall = (image_x >= 20) & (image_x < 80) & (image_y >= 10) & (image_y < 60)
-    assert on_wall.sum() > 100
-    assert set(np.unique(points.samples.z_mm[on_wall])) <= set(range(2100, 2151))
+def test_points_near_the_surface_are_put_on_it_and_others_moved_into_the_gate():
+    for gate, expected in (((9.0, 9.0), {2000}), ((0.1, 0.15), {2000, *range(2100, 2151)})):
+        points, _, _, _ = drawn(gate=gate)
+        image_x, image_y = points.samples.x + 19, points.samples.y + 9
+        on_wall = (image_x >= 20) & (image_x < 80) & (image_y >= 10) & (image_y < 60)
+        assert on_wall.sum() > 100
+        assert set(np.unique(points.samples.z_mm[on_wall])) <= expected
 
 
 def test_points_repeat_and_are_in_image_order():
     first, again = drawn()[0], drawn()[0]
-    for a, b in zip((*first.samples, first.directions), (*again.samples, again.directions), strict=True):
+    for a, b in zip((*first.samples, first.offsets), (*again.samples, again.offsets), strict=True):
         np.testing.assert_array_equal(a, b)
     order = np.lexsort((first.samples.x, first.samples.y, first.samples.frame))
     np.testing.assert_array_equal(order, np.arange(len(order)))
 
 
-def test_the_gate_spans_the_joints_depth_behind_what_the_image_shows():
+def test_the_gate_ends_where_few_joints_lie_farther_behind_what_the_image_shows():
     crops = crop_image(wall_with_hole(), CAMERA)
-    np.testing.assert_allclose(gate_of(crops, np.float32([[0, 0, 2.07]]), 0.02), [0.07, 0.07], atol=1e-6)
-    assert not np.isfinite(gate_of(crops, np.float32([[5, 0, 2.07]]), 0.02)).any()
+    behind = np.float32([[0, 0, 2.01 + 0.01 * k] for k in range(101)])
+    many = Crops(crops.pixels, *(np.repeat(values, 101, axis=0) for values in crops[1:]))
+    assert farthest_behind(many, behind, 0.1) == pytest.approx(0.91, abs=1e-5)
+    assert farthest_behind(crops, np.float32([[5, 0, 2.07]]), 0.1) == np.inf
+    assert farthest_behind(crops, np.float32([[0, 0, 1.9]]), 0.1) == 0
 
 
-def test_clusters_of_two_bundles_are_their_means_and_shares():
+def test_clusters_of_two_bundles_are_their_means_shares_and_spreads():
     rng = np.random.default_rng(0)
-    right = np.array([1, 0, 0]) + 0.1 * rng.normal(size=(60, 3))
-    down = np.array([0, 1, 0]) + 0.1 * rng.normal(size=(20, 3))
-    unit = np.concatenate([right, down, [[0.0, 0.0, 1.0]]])
-    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    directions = np.round(unit * DIRECTION_ONE).astype(np.int16)
+    right = np.array([0.3, 0, 0]) + 0.02 * rng.normal(size=(60, 3))
+    down = np.array([0, 0.3, 0]) + 0.01 * rng.normal(size=(20, 3))
+    offsets = np.concatenate([right, down, [[0.0, 0.0, 0.2]]]).astype(np.float32)
     grown = GrownTree(np.empty(0), np.array([0, 80, 81]), np.arange(81, dtype=np.int32))
-    centre, share = leaf_clusters(grown, directions, 3, 0.4)
-    np.testing.assert_allclose(centre[0, :2], [unit[:60].mean(axis=0), unit[60:80].mean(axis=0)], atol=1e-3)
+    mean, share, spread = leaf_clusters(grown, offsets, 3, 0.1)
+    np.testing.assert_allclose(mean[0, :2], [right.mean(axis=0), down.mean(axis=0)], atol=1e-6)
     np.testing.assert_allclose(share, [[0.75, 0.25, 0], [1, 0, 0]])
-    np.testing.assert_allclose(centre[1, 0], [0, 0, 1], atol=1e-4)
-
-
-def test_a_mode_is_a_maximum_of_the_kernel_density():
-    rng = np.random.default_rng(1)
-    unit = rng.normal((1.5, 0, 0), 1, (40, 3))
-    unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    modes = np.empty((12, 3))
-    n_modes = find_modes(unit, 0.6, modes)
-
-    def fall(place):
-        return -np.exp((unit @ (place / np.linalg.norm(place)) - 1) / 0.36).sum()
-
-    for mode in modes[:n_modes]:
-        best = minimize(fall, mode).x
-        assert np.linalg.norm(best / np.linalg.norm(best) - mode) < 0.02
+    np.testing.assert_allclose(mean[1, 0], [0, 0, 0.2], atol=1e-6)
+    exact = [np.sqrt(bundle.var(axis=0).sum()) for bundle in (right, down)]
+    np.testing.assert_allclose(spread, [[*exact, 0], [0, 0, 0]], atol=1e-4)
 
 
 def test_a_leaf_without_samples_stands_still():
     grown = GrownTree(np.empty(0), np.array([0, 0]), np.empty(0, np.int32))
-    centre, share = leaf_clusters(grown, np.empty((0, 3), np.int16), 2, 0.4)
-    np.testing.assert_array_equal(centre, 0)
+    mean, share, spread = leaf_clusters(grown, np.empty((0, 3), np.float32), 2, 0.1)
+    np.testing.assert_array_equal(mean, 0)
     np.testing.assert_array_equal(share, [[1, 0]])
+    np.testing.assert_array_equal(spread, 0)
 
 
 def test_parents_skip_joints_that_have_no_expert():
@@ -196,9 +192,11 @@ def test_an_upper_body_box_holds_the_joints():
     "wrong",
     [
         {"n_trees": 0},
-        {"decay": 0.0},
+        {"scatter_m": 0.0},
         {"gate_share": 0.5},
-        {"step_m": 0.0},
+        {"bandwidth_m": 0.0},
+        {"snap_m": ()},
+        {"snap_m": (0.3, -0.1)},
         {"n_arriving": 16},
         {"near_share": 2.0},
     ],

@@ -1,68 +1,103 @@
-"""What is chosen on validation frames: steps, walks, and the probability of being near."""
+"""What is chosen on validation frames: starts, scatter, bandwidths, and the probabilities."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from forests.frames import LabelTable
+from forests.frames import Intrinsics, LabelTable
 from forests.rwf.config import RWFConfig
+from forests.rwf.evidence import TERMS, terms
 from forests.rwf.model import ExpertTree, Limbs, RWFModel
-from forests.rwf.tune import View, choose_walks, least_worth, step_budgets
+from forests.rwf.predict import Predictor, ranked
+from forests.rwf.tune import View, calibrated, choose_walks
 from forests.rwf.walk import WalkPlan
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 
-
-def test_walks_get_fewer_when_their_steps_get_more():
-    assert step_budgets(8, 10) == [(8, 7), (5, 14), (8, 10), (4, 20)]
-    assert step_budgets(1, 1) == [(1, 1)]
-    for n_walks, n_steps in ((3, 4), (4, 12), (2, 40)):
-        budgets = step_budgets(n_walks, n_steps)
-        assert (n_walks, n_steps) in budgets
-        assert all(1 <= walks <= n_walks and walks * steps <= n_walks * n_steps for walks, steps in budgets)
+CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
+NOT_CALIBRATED = np.full((2, len(TERMS)), np.nan, np.float32)
 
 
-def test_the_first_score_near_the_best_is_taken():
-    assert least_worth([0.5, 0.59, 0.6, 0.58], 0.02) == 1
-    assert least_worth([0.5, 0.59, 0.6, 0.61], 0.0) == 3
-
-
-def model_that_steps_right(**config):
+def model_that_knows_offsets(*offsets):
+    """Two joints, the second behind the first; each has one leaf."""
     nodes = np.zeros(1, NODE_DTYPE)
     nodes["threshold"] = LEAF_THRESHOLD
-    to_the_right = ExpertTree(nodes, np.float32([[[1, 0, 0]]]), np.ones((1, 1), np.float32))
-    one, length = np.ones(1, np.float32), np.zeros((1, 2), np.float32)
-    gate = np.float32([[-np.inf, np.inf]])
-    plan = WalkPlan(np.zeros(1, np.int32), np.int32([-1]), 9 * one, one, np.int32([5]), gate, 8, 10, 1)
-    labels = LabelTable(("body",), (), ("neck",))
-    limbs = Limbs(np.int32([-1]), length)
-    settings = RWFConfig(joints=("neck",), n_clusters=1, **config)
-    return RWFModel(settings, labels, ("neck",), ((to_the_right,),), plan, limbs, np.float32([[np.nan, np.nan]]))
+    one = np.ones((1, 1), np.float32)
+    experts = tuple((ExpertTree(nodes, np.float32([[offset]]), one, 0 * one),) for offset in offsets)
+    gate = np.tile(np.float32([0, np.inf]), (2, 1, 1))
+    config = RWFConfig(joints=("neck", "head"), n_trees=1, n_clusters=1, n_steps=1, n_arriving=0, n_walks=16)
+    narrow, wide = np.full(2, config.scatter_m, np.float32), np.full(2, config.bandwidth_m, np.float32)
+    parents = np.int32([-1, 0])
+    plan = WalkPlan(np.int32([0, 1]), parents, narrow, wide, np.zeros(2, np.int32), gate, 16, 1)
+    labels = LabelTable(("body",), (), ("neck", "head"))
+    limbs = Limbs(parents, np.float32([[0, np.inf], [0, np.inf]]))
+    return RWFModel(config, labels, ("neck", "head"), experts, plan, limbs, NOT_CALIBRATED, NOT_CALIBRATED)
 
 
-def view_of(joint_m):
-    wall, intrinsics = np.full((72, 96), 2000, np.uint16), np.float32([100, 100, 47.5, 35.5])
-    return View(wall, intrinsics, np.float32([0, 0, 2]), np.float32([joint_m]))
+def view_of(*joints, is_occluded=(False, False)):
+    empty, intrinsics = np.zeros((72, 96), np.uint16), np.float32([100, 100, 47.5, 35.5])
+    return View(empty, intrinsics, np.float32([0, 0, 2]), np.float32(joints), CAMERA, np.array(is_occluded))
 
 
-@pytest.mark.parametrize(("joint_m", "is_reached"), [((0.25, 0.0, 2.0), True), ((-1.0, 0.0, 2.0), False)])
-def test_tuning_takes_the_fewest_steps_that_reach_the_joint(joint_m, is_reached):
-    model, view = model_that_steps_right(), view_of(joint_m)
-    tuned = choose_walks(model, [view] * 30)
-    assert (tuned.plan.n_walks, tuned.plan.n_steps) == (8, 7)
-    assert (tuned.plan.step_m < 1).all()
-    probability = 1 / (1 + np.exp(-tuned.within_weights[0, 0]))
-    assert (probability > 0.9) if is_reached else (probability < 0.1)
+@pytest.mark.parametrize(("head", "start_from"), [((0.3, 0.2, 2.0), 0), ((0.0, 0.2, 2.0), -1)])
+def test_tuning_starts_a_joint_from_where_it_is_found(head, start_from):
+    model = model_that_knows_offsets((0.3, 0, 0), (0, 0.2, 0))
+    tuned = choose_walks(model, [view_of((0.3, 0, 2), head)] * 10)
+    assert tuned.plan.start_from.tolist() == [-1, start_from]
+    assert model.plan.start_from.tolist() == [-1, 0]
     assert choose_walks(model, []) is model
 
 
-def test_walks_are_as_long_as_the_config_lets_them_choose():
-    ways = {}
-    for ways_m in ((0.3,), (1.2,), (0.3, 1.2)):
-        plan = choose_walks(model_that_steps_right(ways_m=ways_m), [view_of((0.25, 0.0, 2.0))] * 3).plan
-        ways[ways_m] = round(float(plan.step_m[0]) * plan.n_steps, 3)
-    assert ways == {(0.3,): 0.3, (1.2,): 1.2, (0.3, 1.2): 0.3}
+def test_a_joint_that_is_always_found_is_probable_and_one_never_found_is_not():
+    model = model_that_knows_offsets((0.3, 0, 0), (0, 0.2, 0))
+    views = [view_of((0.3, 0, 2), (5, 5, 5), is_occluded=(True, False))] * 30
+    tuned = calibrated(model, views)
+    estimate = Predictor(tuned).predict(views[0].depth + np.uint16(1), CAMERA, start=views[0].start)
+    assert estimate.probability[0] > 0.9 > 0.1 > estimate.probability[1]
+    assert estimate.hidden_probability[0] > 0.9 > 0.1 > estimate.hidden_probability[1]
 
 
-@pytest.mark.parametrize("ways_m", [(), (0.3, 0.0), (-1.0,)])
-def test_walks_without_length_are_refused(ways_m):
-    with pytest.raises(ValueError, match="ways_m"):
-        RWFConfig(ways_m=ways_m)
+def test_frames_that_do_not_know_a_joint_leave_it_without_probability():
+    nowhere = (np.nan, np.nan, np.nan)
+    tuned = choose_walks(model_that_knows_offsets((0.3, 0, 0), (0, 0.2, 0)), [view_of((0.3, 0, 2), nowhere)] * 5)
+    assert np.isfinite(tuned.within_weights[0]).all()
+    assert np.isnan(tuned.within_weights[1]).all()
+    assert np.isnan(tuned.hidden_weights[1]).all()
+    assert tuned.plan.scatter_m[1] == np.float32(tuned.config.scatter_m)
+
+
+def test_terms_tell_how_far_behind_the_surface_a_joint_lies():
+    depth = np.zeros((72, 96), np.uint16)
+    depth[:, :48] = 2000
+    places = [(-0.2, 0, 2.1), (-0.2, 0, 9.0), (0.4, 0, 2.1), (-50, 0, 2.1), (0, 0, 0)]
+    ends = np.float32([[(*place, 0.5), (0, 0, 1, 0.25)] for place in places])
+    spread, weight = np.full(5, 0.05, np.float32), np.full(5, 1.0, np.float32)
+    values = terms(ends, spread, weight, depth, CAMERA)
+    assert values.shape == (5, len(TERMS))
+    np.testing.assert_allclose(values[:, 0], 1)
+    np.testing.assert_allclose(values[:, 1], np.log(0.5))
+    np.testing.assert_allclose(values[:, 2], 0.5)
+    np.testing.assert_allclose(values[:3, TERMS.index("behind")], [0.1, 0.5, 0], atol=1e-6)
+    np.testing.assert_allclose(values[:4, TERMS.index("no_surface")], [0, 0, 1, 1])
+    assert np.isfinite(values).all()
+
+
+def test_confidences_are_probabilities_and_fall():
+    rng = np.random.default_rng(0)
+    share = -np.sort(-rng.uniform(0, 0.6, (50, 4)).astype(np.float32))
+    share[:10, 2:] = 0
+    within = rng.uniform(0, 1, 50).astype(np.float32)
+    confidence = ranked(share, within)
+    np.testing.assert_array_equal(confidence[:, 0], within)
+    assert (np.diff(confidence, axis=1) <= 0).all()
+    assert (confidence.sum(axis=1) <= 1 + 1e-6).all()
+    assert ((confidence == 0) == (share == 0)).all()
+    np.testing.assert_array_equal(ranked(share, np.full(50, np.nan, np.float32)), share)
+
+
+@pytest.mark.parametrize("name", ["scatter_m", "bandwidth_m"])
+def test_the_settings_of_the_config_are_tried_too(name):
+    model = model_that_knows_offsets((0.3, 0, 0), (0, 0.2, 0))
+    odd = replace(model, config=replace(model.config, **{name: 0.031}))
+    view = view_of((0.3, 0, 2), (0.3, 0.2, 2))
+    assert choose_walks(odd, [view]).plan.start_from.tolist() == [-1, 0]

@@ -7,39 +7,42 @@ from forests.crops import crop_image
 from forests.features import probe
 from forests.frames import Intrinsics
 from forests.rwf.model import ExpertTree, walk_tables
-from forests.rwf.walk import WalkPlan, WalkTables, read_depth, walk_joint, walk_skeleton
+from forests.rwf.walk import WalkPlan, WalkTables, gather, read_depth, spread_of, walk_joint, walk_skeleton
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from tests import reference_forests_rwf as reference
 
 CAMERA = Intrinsics(100.0, 110.0, 47.5, 35.5)
 INTRINSICS = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy], np.float32)
-OPEN_GATE = (-np.inf, np.inf)
+OPEN_GATE = (0.0, np.inf)
 
 
-def plan_of(n_joints=1, step_m=0.05, gate=OPEN_GATE, n_walks=3, n_steps=12, parents=None, **changed) -> WalkPlan:
-    values = {"decay": 1.0, "n_arriving": 0} | changed
+def plan_of(
+    n_joints=1, scatter_m=0.05, gates=(OPEN_GATE,), n_walks=5, n_steps=4, parents=None, **changed
+) -> WalkPlan:
+    values = {"bandwidth_m": 0.1, "n_arriving": 0} | changed
     return WalkPlan(
         np.arange(n_joints, dtype=np.int32),
         np.array([-1] * n_joints if parents is None else parents, np.int32),
-        np.full(n_joints, step_m, np.float32),
-        np.full(n_joints, values["decay"], np.float32),
+        np.full(n_joints, scatter_m, np.float32),
+        np.full(n_joints, values["bandwidth_m"], np.float32),
         np.full(n_joints, values["n_arriving"], np.int32),
-        np.tile(np.float32(gate), (n_joints, 1)),
+        np.tile(np.float32(gates), (n_joints, 1, 1)),
         n_walks,
         n_steps,
-        4,
     )
 
 
-def one_leaf(direction) -> ExpertTree:
+def one_leaf(*offsets, share=None) -> ExpertTree:
     """A tree that always answers the same."""
     nodes = np.zeros(1, NODE_DTYPE)
     nodes["threshold"] = LEAF_THRESHOLD
-    return ExpertTree(nodes, np.array([[direction]], np.float32), np.ones((1, 1), np.float32))
+    n = len(offsets)
+    share = np.full((1, n), 1 / n, np.float32) if share is None else np.float32([share])
+    return ExpertTree(nodes, np.float32([offsets]), share, np.zeros((1, n), np.float32))
 
 
 def random_tree(rng: np.random.Generator, levels=6, n_clusters=3) -> ExpertTree:
-    """A full tree with random features, thresholds and directions."""
+    """A full tree with random features, thresholds, offsets, shares and spreads."""
     n_inner = 2**levels - 1
     nodes = np.zeros(2 * n_inner + 1, NODE_DTYPE)
     nodes["left"] = 2 * np.arange(len(nodes)) + 1
@@ -48,10 +51,12 @@ def random_tree(rng: np.random.Generator, levels=6, n_clusters=3) -> ExpertTree:
     nodes["threshold"] = np.where(nodes["leaf"] < 0, rng.integers(-300, 300, len(nodes)), LEAF_THRESHOLD)
     nodes["u"][:n_inner] = rng.uniform(-0.4, 0.4, (n_inner, 2))
     nodes["v"][:n_inner] = rng.uniform(-0.4, 0.4, (n_inner, 2)) * rng.integers(0, 2, (n_inner, 1))
-    direction = rng.normal(size=(n_inner + 1, n_clusters, 3))
-    direction /= np.linalg.norm(direction, axis=2, keepdims=True)
+    offset = rng.normal(0, 0.1, (n_inner + 1, n_clusters, 3))
     share = np.sort(rng.dirichlet(np.ones(n_clusters), n_inner + 1))[:, ::-1]
-    return ExpertTree(nodes, direction.astype(np.float32), share.astype(np.float32))
+    share[::2, -1] = 0.0
+    share /= share.sum(axis=1, keepdims=True)
+    spread = rng.uniform(0, 0.2, share.shape)
+    return ExpertTree(nodes, *(values.astype(np.float32) for values in (offset, share, spread)))
 
 
 def random_depth(rng: np.random.Generator) -> np.ndarray:
@@ -60,86 +65,124 @@ def random_depth(rng: np.random.Generator) -> np.ndarray:
     return np.kron(coarse, np.ones((8, 8))).astype(np.uint16)
 
 
-def walked(depth, tables: WalkTables, plan: WalkPlan, start, joint=0, seed=5) -> tuple[np.ndarray, np.ndarray]:
-    points = np.tile(np.float32(start), (plan.n_walks, 1))
-    moments = np.empty(6)
-    walk_joint(depth, INTRINSICS, tables, plan, joint, seed, points, moments)
-    return points, moments
+def walked(depth, tables: WalkTables, plan: WalkPlan, start, seed=5, n_ends=3) -> tuple[np.ndarray, np.ndarray]:
+    """Ends and votes of one joint."""
+    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
+    ends = np.empty((n_ends, 4), np.float32)
+    n = walk_joint(depth, INTRINSICS, tables, plan, 0, seed, np.float32(start), votes, ends)
+    return ends, votes[:n]
 
 
-@pytest.mark.parametrize(("gate", "n_trees"), [(OPEN_GATE, 1), ((0.02, 0.3), 1), ((-0.1, 0.1), 3)])
-def test_every_step_is_the_slow_twins(gate, n_trees):
+@pytest.mark.parametrize("gates", [(OPEN_GATE,), ((0.3, 0.6),), (OPEN_GATE, (9.0, 9.0), (0.1, 0.2))])
+def test_every_vote_is_the_slow_twins(gates):
     rng = np.random.default_rng(3)
     depth = random_depth(rng)
-    tables = walk_tables((tuple(random_tree(rng) for _ in range(n_trees)),), 3)
-    start = (0.1, -0.1, 2.0)
-    plan = plan_of(gate=gate, n_steps=20, decay=0.9)
-    paths = [reference.walk(depth, INTRINSICS, tables, plan, 0, 5, walk, start) for walk in range(plan.n_walks)]
-    for n_steps in range(1, 21):
-        points, moments = walked(depth, tables, plan._replace(n_steps=n_steps), start)
-        np.testing.assert_array_equal(points, [path[n_steps] for path in paths])
-        steps = np.stack([path[1 : n_steps + 1] for path in paths]).astype(np.float64)
-        np.testing.assert_allclose(moments[:3], steps.mean(axis=(0, 1)), rtol=0, atol=1e-9)
-        np.testing.assert_allclose(moments[3:], (steps**2).mean(axis=(0, 1)), rtol=0, atol=1e-9)
-    assert len(np.unique(paths[0], axis=0)) > 10
+    tables = walk_tables((tuple(random_tree(rng) for _ in gates),))
+    plan, centre, expected = plan_of(gates=gates), np.float32([0.1, -0.1, 2.0]), []
+    for n_steps in range(1, plan.n_steps + 1):
+        expected.append(reference.votes(depth, INTRINSICS, tables, plan, 0, 5, n_steps - 1, centre))
+        ends, votes = walked(depth, tables, plan._replace(n_steps=n_steps), (0.1, -0.1, 2.0), n_ends=1)
+        np.testing.assert_allclose(votes, np.concatenate(expected), rtol=0, atol=1e-6)
+        # What the next step starts from is a mode, but not of as many starts as the last one's.
+        gather(votes, 0.1, 6, ends)
+        centre = ends[0, :3]
+    for n_arriving in (1, 2, 3):
+        later = plan._replace(n_arriving=np.int32([n_arriving]))
+        votes = walked(depth, tables, later._replace(n_steps=n_arriving + 1), (0.1, -0.1, 2.0))[1]
+        assert 0 < len(votes) <= plan.n_walks * 3
+    assert len(np.unique(np.concatenate(expected), axis=0)) > 30
 
 
-def test_a_walk_in_one_direction_ends_where_its_steps_add_up():
+def test_ends_are_modes_of_the_votes_with_their_density_densest_first():
+    rng = np.random.default_rng(0)
+    bundles = [(0.0, 0.0, 2.0, 40), (0.5, 0.0, 2.0, 25), (0.0, -0.6, 2.5, 10)]
+    votes = np.concatenate([rng.normal((x, y, z), 0.03, (n, 3)) for x, y, z, n in bundles])
+    votes = np.float32(np.c_[votes, rng.uniform(0.5, 1.5, len(votes))])[rng.permutation(75)]
+    ends = np.empty((5, 4), np.float32)
+    gather(votes, 0.1, 30, ends)
+    for end, bundle in zip(ends, bundles, strict=False):
+        assert np.linalg.norm(end[:3] - bundle[:3]) < 0.02
+        np.testing.assert_allclose(end[:3], reference.climb(votes, 0.1, end[:3]), atol=2e-3)
+        np.testing.assert_allclose(end[3], reference.density(votes, 0.1, end[:3]), rtol=5e-3)
+    assert np.isnan(ends[3:, :3]).all()
+    assert (ends[3:, 3] == 0).all()
+    assert (np.diff(ends[:, 3]) <= 0).all()
+
+
+def test_a_vote_that_is_always_right_is_where_the_walk_ends():
+    """Walkers that know the joint from wherever they stand: each step's leaf would be another, so one step."""
     wall = np.full((72, 96), 2000, np.uint16)
-    tables = walk_tables(((one_leaf((0.6, 0.0, 0.8)),),), 1)
-    points, moments = walked(wall, tables, plan_of(n_steps=10, n_arriving=4), (0.0, 0.0, 2.0))
-    np.testing.assert_allclose(points, np.tile([0.3, 0.0, 2.4], (3, 1)), atol=1e-5)
-    mean_steps = np.arange(5, 11).mean()
-    np.testing.assert_allclose(moments[:3], [0.03 * mean_steps, 0.0, 2.0 + 0.04 * mean_steps], atol=1e-5)
+    tables = walk_tables(((one_leaf((0.3, 0.0, 0.1)),),))
+    ends, votes = walked(wall, tables, plan_of(n_steps=1, n_walks=200, scatter_m=0.02), (0.0, 0.0, 2.0))
+    np.testing.assert_allclose(ends[0, :3], [0.3, 0.0, 2.11], atol=0.015)
+    spread, weight = spread_of(votes, ends[0])
+    assert 0.02 < spread < 0.04
+    assert weight == pytest.approx(1.0)
 
 
-def test_the_gate_holds_points_behind_the_surface_and_lets_go_where_nothing_is():
+def test_a_leaf_with_two_clusters_has_two_ends_by_their_shares():
+    wall = np.full((72, 96), 2000, np.uint16)
+    tables = walk_tables(((one_leaf((0.4, 0.0, 0.0), (-0.4, 0.0, 0.0), share=(0.7, 0.3)),),))
+    ends, _ = walked(wall, tables, plan_of(n_steps=1, n_walks=50, scatter_m=0.01), (0.0, 0.0, 2.0))
+    np.testing.assert_allclose(ends[:2, 0], [0.4, -0.4], atol=0.01)
+    np.testing.assert_allclose(ends[:2, 3] / ends[:2, 3].sum(), [0.7, 0.3], atol=0.01)
+    assert ends[2, 3] == 0
+
+
+def test_scattered_clusters_weigh_less():
+    sharp, wide = one_leaf((0.4, 0.0, 0.0)), one_leaf((-0.4, 0.0, 0.0))
+    wide = wide._replace(spread=np.float32([[0.1]]))
+    tables = walk_tables(((sharp, wide),))
+    np.testing.assert_allclose(tables.vote[:, 0, 3], [1.0, 0.125])
+
+
+def test_the_gate_snaps_points_to_the_surface_and_lets_go_where_nothing_is():
     depth = np.zeros((72, 96), np.uint16)
     depth[:, :60] = 2000
-    still, nearer = (walk_tables(((one_leaf((0.0, 0.0, z)),),), 1) for z in (0.0, -1.0))
-    plan = plan_of(gate=(0.05, 0.3), n_steps=10)
-    on_wall, _ = walked(depth, still, plan, (-0.1, 0.0, 2.6))
-    np.testing.assert_allclose(on_wall, np.tile([-0.1 * 2.3 / 2.6, 0.0, 2.3], (3, 1)), atol=1e-5)
-    on_wall, _ = walked(depth, nearer, plan, (-0.1, 0.0, 2.6))
-    np.testing.assert_allclose(on_wall[:, 2], 2.05, atol=1e-5)
-    off_wall, _ = walked(depth, nearer, plan, (0.8, 0.0, 2.6))
-    np.testing.assert_allclose(off_wall[:, 2], 2.1, atol=1e-5)
+    for z, gate, expected in (
+        (2.2, (0.3, 1.0), 2.0),
+        (1.5, (0.3, 1.0), 2.0),
+        (2.5, (0.3, 1.0), 2.5),
+        (4.0, (0.3, 1.0), 3.0),
+        (4.0, (0.3, 0.2), 2.0),
+    ):
+        _, _, place = reference.place(depth, np.float32([-0.1, 0.0, z]), INTRINSICS, np.float32(gate))
+        np.testing.assert_allclose(place, np.float32([-0.1 * expected / z, 0.0, expected]), rtol=1e-6)
+        still = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+        _, votes = walked(depth, still, plan_of(gates=(gate,), scatter_m=1e-6, n_steps=1), (-0.1, 0.0, z))
+        np.testing.assert_allclose(votes[:, 2], expected, atol=1e-5)
+    _, votes = walked(depth, still, plan_of(gates=((0.3, 1.0),), scatter_m=1e-6, n_steps=1), (0.8, 0.0, 2.6))
+    np.testing.assert_allclose(votes[:, 2], 2.6, atol=1e-5)
 
 
 def test_a_joint_starts_from_its_parents_estimate():
     wall = np.full((72, 96), 2000, np.uint16)
     right, down = one_leaf((1.0, 0.0, 0.0)), one_leaf((0.0, 1.0, 0.0))
-    tables = walk_tables(((right,), (down,), (down,)), 1)
-    plan = plan_of(3, n_steps=4, n_arriving=3, parents=[-1, 0, -1])
-    joints, spread = np.empty((3, 3), np.float32), np.empty(3, np.float32)
-    walk_skeleton(wall, INTRINSICS, tables, plan, np.float32([0, 0, 2]), 0, joints, spread)
-    np.testing.assert_allclose(joints, [[0.2, 0, 2], [0.2, 0.2, 2], [0, 0.2, 2]], atol=1e-6)
+    tables = walk_tables(((right,), (down,), (down,)))
+    plan = plan_of(3, n_steps=1, scatter_m=1e-4, parents=[-1, 0, -1])
+    ends, spread, weight = np.empty((3, 2, 4), np.float32), np.empty(3, np.float32), np.empty(3, np.float32)
+    walk_skeleton(wall, INTRINSICS, tables, plan, np.float32([0, 0, 2]), 0, ends, spread, weight)
+    np.testing.assert_allclose(ends[:, 0, :3], [[1, 0, 2], [1, 1, 2], [0, 1, 2]], atol=1e-3)
     np.testing.assert_allclose(spread, 0.0, atol=1e-3)
-
-
-def test_clusters_are_drawn_by_their_shares():
-    wall = np.full((72, 96), 2000, np.uint16)
-    nodes = one_leaf((0, 0, 0)).nodes
-    direction = np.float32([[[1, 0, 0], [-1, 0, 0], [0, 1, 0]]])
-    tree = ExpertTree(nodes, direction, np.float32([[0.75, 0.25, 0.0]]))
-    points, _ = walked(
-        wall, walk_tables(((tree,),), 3), plan_of(step_m=0.001, n_walks=50, n_steps=80), (0, 0, 2.0)
-    )
-    assert np.abs(points[:, 1]).max() == 0.0
-    share_right = (points[:, 0].mean() / 0.08 + 1) / 2
-    assert abs(share_right - 0.75) < 4 * np.sqrt(0.75 * 0.25 / 4000)
-    only_first, _ = walked(wall, walk_tables(((tree,),), 1), plan_of(step_m=0.001, n_steps=80), (0, 0, 2.0))
-    np.testing.assert_allclose(only_first[:, 0], 0.08, atol=1e-6)
+    np.testing.assert_allclose(weight, 1.0)
 
 
 def test_the_same_seed_walks_the_same_walk_and_another_seed_another():
     rng = np.random.default_rng(0)
-    depth, tables = random_depth(rng), walk_tables(((random_tree(rng),),), 3)
-    first, again = (walked(depth, tables, plan_of(), (0, 0, 2.0), seed=7)[0] for _ in range(2))
-    other = walked(depth, tables, plan_of(), (0, 0, 2.0), seed=8)[0]
+    depth, tables = random_depth(rng), walk_tables(((random_tree(rng),),))
+    first, again = (walked(depth, tables, plan_of(), (0, 0, 2.0), seed=7)[1] for _ in range(2))
+    other = walked(depth, tables, plan_of(), (0, 0, 2.0), seed=8)[1]
     np.testing.assert_array_equal(first, again)
-    assert (first != other).any()
-    assert (first[0] != first[1]).any()
+    assert other.shape != first.shape or (first != other).any()
+
+
+def test_walkers_scatter_as_wide_as_the_plan_says():
+    empty = np.zeros((72, 96), np.uint16)
+    tables = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+    _, votes = walked(empty, tables, plan_of(n_walks=4000, n_steps=1, scatter_m=0.1), (0.0, 0.0, 2.0))
+    off = votes[:, :3] - np.float32([0, 0, 2.0])
+    np.testing.assert_allclose(off.mean(axis=0), 0.0, atol=4 * 0.1 / np.sqrt(4000))
+    np.testing.assert_allclose(off.std(axis=0), 0.1, rtol=0.04)
 
 
 def test_the_image_reads_as_the_crop_that_trees_are_grown_on():
@@ -164,9 +207,9 @@ def test_the_image_reads_as_the_crop_that_trees_are_grown_on():
 @pytest.mark.parametrize("start", [(0.0, 0.0, 2.0), (50.0, 0.0, 2.0), (0.0, 0.0, 0.0), (1e6, -1e6, 0.3)])
 def test_walks_stay_finite_wherever_they_start_and_whatever_they_see(start):
     rng = np.random.default_rng(2)
-    tables = walk_tables(((random_tree(rng),),), 3)
+    tables = walk_tables(((random_tree(rng),),))
     for depth in (np.zeros((72, 96), np.uint16), random_depth(rng), np.full((1, 1), 65535, np.uint16)):
-        points, moments = walked(depth, tables, plan_of(gate=(0.0, 0.2)), start)
-        assert np.isfinite(points).all()
-        assert np.isfinite(moments).all()
-        assert (points[:, 2] > 0).all()
+        ends, votes = walked(depth, tables, plan_of(gates=((0.0, 0.2),)), start)
+        assert np.isfinite(ends[0]).all()
+        assert np.isfinite(votes).all()
+        assert 0 < ends[0, 3] <= 1.01
