@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.render.presets import CAMERAS, camera_named
-from synth.render.sensors import SENSOR_NAMES, apply_sensor
+from synth.render.sensors import apply_sensor
 from synth.scene import FrameSource, SceneConfig, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
@@ -159,7 +159,7 @@ def measure_time() -> None:
     """Prints the median time of each sensor over 30 frames of 512x424, compilation apart."""
     camera = CAMERAS["kinect_v2"]
     clean = builtin_scene(camera, 2.4, is_furnished=True)
-    for name in SENSOR_NAMES:
+    for name in SENSOR_CAMERAS:
         spans = []
         for seed in range(31):
             rng = np.random.default_rng(seed)
@@ -207,7 +207,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     tiles = []
-    for name in SENSOR_NAMES:
+    for name in SENSOR_CAMERAS:
         camera = CAMERAS[SENSOR_CAMERAS[name]]
         if args.clean is None:
             clean = builtin_scene(camera, args.distance, is_furnished=True)
@@ -221,7 +221,7 @@ def main() -> None:
         seen = depth[depth > 0]
         tiles.append(tile(depth, "real Kinect v1", float(seen.min()) - 100, float(np.percentile(seen, 99)) + 300))
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(args.out), sheet(tiles, 2 if args.clean is None else len(SENSOR_NAMES))):
+    if not cv2.imwrite(str(args.out), sheet(tiles, 2 if args.clean is None else len(SENSOR_CAMERAS))):
         raise SystemExit(f"could not write {args.out}")
     if args.time:
         measure_time()
