@@ -4,10 +4,11 @@
     python -m tools.measure_poses fine.lib            # writes synth/bodies/data/life.npz
     undergrowth import mocap RECORDINGS --out poses.lib
     python -m tools.measure_poses fine.lib --coverage poses.lib --folds 4
+    python -m tools.measure_poses fine.lib --differences poses.lib --drawn 1500
 
 The coverage is the share of recorded poses that have one of many drawn poses within 8 cm mean joint distance, on one
-average body, scale and heading removed. With folds, each trial is judged by a model that was measured without it;
-all trials of a fold are left out together.
+average body, scale and heading removed. With folds, each trial is judged by a model that was measured without it; all
+trials of a fold are left out together. The differences are those between left and right, of recorded and drawn poses.
 """
 
 import argparse
@@ -27,7 +28,10 @@ from synth.bodies.poses.draw import draw_arms, draw_base
 from synth.bodies.poses.families import Occasion, PoseFamily, families_for
 from synth.bodies.poses.library import PoseLibrary, read_library
 from synth.bodies.shape.make import make_body
+from synth.bodies.skeleton import DOF_IDX
 from synth.bodies.spec import sample_body
+from synth.scene import SceneConfig
+from synth.scene.pools import dressed_to_sit
 
 OUT = Path(__file__).resolve().parents[1] / "synth/bodies/data/life.npz"
 SOURCE = (
@@ -91,8 +95,10 @@ def write(model: LifeModel, n_trials: int, n_subjects: int, path: Path) -> None:
     print(f"{path.name}: {model.n_poses} poses, {n_trials} trials, {n_subjects} people, {kb:.0f} kB")
 
 
-def drawn(groups: list[tuple[float, list[PoseFamily]]], bodies: list[Body], n: int, seed: int) -> Array:
-    """(n, 15, 3) joints of poses drawn as scenes draw them, from groups of families by share and weight."""
+def drawn(
+    groups: list[tuple[float, list[PoseFamily]]], bodies: list[Body], n: int, seed: int
+) -> tuple[Array, Array]:
+    """(n, n_dofs) angles and (n, 3, 3) roots of poses drawn as scenes draw them, by share and weight of families."""
     rng = np.random.default_rng(seed)
     shares = np.array([share for share, _ in groups])
     angles, roots = [], []
@@ -105,7 +111,13 @@ def drawn(groups: list[tuple[float, list[PoseFamily]]], bodies: list[Body], n: i
         if pose is not None:
             angles.append(pose.angles)
             roots.append(pose.T_world_root[:3, :3])
-    return places_of(np.array(angles), np.array(roots))
+    return np.array(angles), np.array(roots)
+
+
+def sampled_bodies() -> list[Body]:
+    """People as corpora have them, in trousers."""
+    specs = [sample_body(np.random.default_rng([k, 3])) for k in range(N_BODIES)]
+    return [make_body(dressed_to_sit(spec)) for spec in specs]
 
 
 def groups_of(posture: Posture, shares: dict[Occasion, float]) -> list[tuple[float, list[PoseFamily]]]:
@@ -117,6 +129,17 @@ def groups_of(posture: Posture, shares: dict[Occasion, float]) -> list[tuple[flo
     ]
 
 
+def default_shares() -> dict[Occasion, float]:
+    """Shares of the occasions in the default scenes; who sits does not exercise."""
+    scene = SceneConfig()
+    others = 1.0 - scene.exercising_share
+    return {
+        "daily": others * (1.0 - scene.life_share),
+        "exercise": scene.exercising_share,
+        "life": others * scene.life_share,
+    }
+
+
 def _wilson(share: float, n: int) -> tuple[float, float]:
     z, p = 1.96, share
     middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
@@ -125,7 +148,7 @@ def _wilson(share: float, n: int) -> tuple[float, float]:
 
 def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn: int) -> None:
     """Prints the coverage by posture and trial, before (daily families) and after (with the model of life)."""
-    bodies = [make_body(sample_body(np.random.default_rng([k, 3]))) for k in range(N_BODIES)]
+    bodies = sampled_bodies()
     asked = places_of(judged.angles, judged.root)
     names = sorted({trial.name for trial in judged.trials})
     folds = [set(names[k::n_folds]) for k in range(n_folds)]
@@ -136,7 +159,7 @@ def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn:
     for posture in POSTURES:
         is_of = judged.is_sitting == (posture == "sitting")
         daily = drawn(groups_of(posture, {"daily": 1.0}), bodies, n_drawn, 1)
-        before[is_of] = nearest_distances(asked[is_of], daily)
+        before[is_of] = nearest_distances(asked[is_of], places_of(*daily))
     for k, fold in enumerate(folds):
         model = measured(fine, ~np.isin(of_fine, list(fold)))
         recorded.life_model = life.life_model = lambda model=model: model
@@ -146,7 +169,7 @@ def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn:
                 ours = drawn(
                     groups_of(posture, {"daily": 0.35, "exercise": 0.15, "life": 0.5}), bodies, n_drawn, 2
                 )
-                after[is_of] = nearest_distances(asked[is_of], ours)
+                after[is_of] = nearest_distances(asked[is_of], places_of(*ours))
         print(f"fold {k + 1}: {', '.join(sorted(fold))}", flush=True)
     print(f"poses with one of {n_drawn} drawn within {100 * WITHIN:g} cm [%], before and after")
     for posture in POSTURES:
@@ -167,16 +190,36 @@ def _tell(name: str, before: NDArray[np.float32], after: NDArray[np.float32]) ->
     print(f"{name:10} {len(before):5} {words[0]:40} {words[1]}")
 
 
+def tell_differences(judged: PoseLibrary, n_drawn: int) -> None:
+    """Prints how much left and right differ in recordings and in drawn poses: 95 % quantiles [degrees]."""
+    names = ("hip_flexion", "hip_abduction", "knee_flexion", "shoulder_flexion", "elbow_flexion")
+    bodies = sampled_bodies()
+    print(f"95 % quantile of |left - right| [degrees]: {', '.join(names)}; of the greater knee flexion")
+    for posture in POSTURES:
+        sets = {"recorded": judged.angles[judged.is_sitting == (posture == "sitting")]}
+        sets["daily families"] = drawn(groups_of(posture, {"daily": 1.0}), bodies, n_drawn, 1)[0]
+        sets["default scenes"] = drawn(groups_of(posture, default_shares()), bodies, n_drawn, 2)[0]
+        for title, angles in sets.items():
+            left, right = (np.degrees(angles[:, [DOF_IDX[f"{s}_{n}"] for n in names]]) for s in "lr")
+            apart = np.quantile(np.abs(left - right), 0.95, axis=0)
+            knee = np.quantile(np.maximum(left, right)[:, 2], 0.95)
+            print(f"{posture:9} {title:15} {' '.join(f'{value:5.0f}' for value in apart)}  {knee:5.0f}")
+
+
 def main() -> None:
     """Measures the model, or tells its coverage."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("library", type=Path, help="poses to measure on")
     parser.add_argument("--out", type=Path, default=OUT)
     parser.add_argument("--coverage", type=Path, help="tell the coverage of these poses instead")
+    parser.add_argument("--differences", type=Path, help="tell how left and right differ instead")
     parser.add_argument("--folds", type=int, default=4)
     parser.add_argument("--drawn", type=int, default=20000)
     options = parser.parse_args()
     library = read_library(options.library)
+    if options.differences is not None:
+        tell_differences(read_library(options.differences), options.drawn)
+        return
     if options.coverage is None:
         model = measured(library, np.ones(len(library), np.bool_))
         write(model, len(library.trials), len({trial.subject for trial in library.trials}), options.out)

@@ -1,4 +1,4 @@
-"""What a corpus covers: views by bearing and distance, bends of limbs, and the share of recorded life near its poses."""
+"""What a corpus covers: views by bearing and distance, bends of limbs, and the share of recorded life near it."""
 
 from dataclasses import dataclass
 

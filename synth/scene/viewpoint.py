@@ -29,6 +29,8 @@ MIN_JOINTS_NEAR = 5
 """A near view shows at least this many of the 15 joints, head and neck among them."""
 LEAST_EYE = 0.25
 """A near camera stands at least this high above the floor [m]."""
+LEAST_GAP = 0.35
+"""No joint is nearer to a near camera than this [m]."""
 BORDER = 8.0
 """A view that shows the whole person keeps the joints this far from the border [px]."""
 
@@ -108,7 +110,9 @@ def _draw_near(
     pitch = float(rng.uniform(-NEAR_PITCH, NEAR_PITCH))
     ahead = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(pitch)])
     eye = aim + distance * ahead
-    eye[2] = max(eye[2], LEAST_EYE)
+    eye[2] = np.clip(eye[2], *(config.height or (LEAST_EYE, np.inf)))
+    if np.linalg.norm(joints - eye, axis=1).min() < LEAST_GAP:
+        return None
     roll = float(np.clip(rng.normal(0.0, 0.02), -0.05, 0.05))
     viewpoint = Viewpoint(look_at(eye, aim, roll), azimuth, distance)
     in_camera = transform_points(inverse(viewpoint.T_world_camera), joints)

@@ -55,8 +55,8 @@ EVEN_ARMS_SHARE = 0.25
 OWN_HEAD_SHARE = 0.5
 OWN_LEGS_SHARE = 0.5
 """Share of the seated draws whose legs go together; each leg of the others is drawn for itself."""
-SPREAD = 1.15
-"""Draws spread this much wider than the recordings: few people and trials were recorded."""
+SPREAD = 1.0
+"""Scale of the variation about the means; wider draws come near fewer poses of recordings that were left out."""
 
 
 class Mixture(NamedTuple):
