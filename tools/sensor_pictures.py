@@ -8,6 +8,7 @@ Real frames are 16-bit .png or little-endian 640x480 .raw of a Kinect v1, in mil
 
 import argparse
 import time
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,10 +16,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.ablate.config import paper_scenes
 from synth.camera import Camera
 from synth.render.presets import CAMERAS, camera_named
 from synth.render.sensors import apply_sensor
-from synth.scene import FrameSource, SceneConfig, SceneWeights
+from synth.scene import FrameSource, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
 SENSOR_CAMERAS = {
@@ -45,7 +47,8 @@ def builtin_scene(camera: Camera, distance: float, seed: int = 0, *, is_furnishe
         (height, width) uint16 z-depth [mm].
     """
     family = "table" if is_furnished else "unhidden"
-    config = SceneConfig(
+    config = replace(
+        paper_scenes(),
         scenes=SceneWeights(*[float(name == family) for name in SceneWeights.names()]),
         camera="custom",
         intrinsics=(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy),
