@@ -12,7 +12,9 @@ trials of a fold are left out together. The differences are those between left a
 """
 
 import argparse
+import functools
 import json
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +22,13 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from synth.bodies.body import Body
-from synth.bodies.life import model as life
 from synth.bodies.life.coverage import nearest_distances, places_of
 from synth.bodies.life.model import N_FEET_STATES, POSTURES, LifeModel, Mixture, Posture, vectors_of
 from synth.bodies.poses import recorded
 from synth.bodies.poses.draw import draw_arms, draw_base
-from synth.bodies.poses.families import Occasion, PoseFamily, families_for
+from synth.bodies.poses.families import FAMILIES, Occasion, families_for
 from synth.bodies.poses.library import PoseLibrary, read_library
+from synth.bodies.poses.recorded import Recorded
 from synth.bodies.shape.make import make_body
 from synth.bodies.skeleton import DOF_IDX
 from synth.bodies.spec import sample_body
@@ -45,6 +47,8 @@ LEAST_POSES = 8
 PRIOR_POSES = 25.0
 """A component's covariance is drawn to the mean one by so many poses."""
 N_BODIES = 40
+CHUNK = 500
+"""Draws of a family that one process makes at a time."""
 WITHIN = 0.08
 Array = NDArray[np.float64]
 
@@ -95,38 +99,57 @@ def write(model: LifeModel, n_trials: int, n_subjects: int, path: Path) -> None:
     print(f"{path.name}: {model.n_poses} poses, {n_trials} trials, {n_subjects} people, {kb:.0f} kB")
 
 
-def drawn(
-    groups: list[tuple[float, list[PoseFamily]]], bodies: list[Body], n: int, seed: int
-) -> tuple[Array, Array]:
-    """(n, n_dofs) angles and (n, 3, 3) roots of poses drawn as scenes draw them, by share and weight of families."""
-    rng = np.random.default_rng(seed)
-    shares = np.array([share for share, _ in groups])
-    angles, roots = [], []
+def shares_of(posture: Posture, occasions: dict[Occasion, float]) -> dict[str, float]:
+    """Share of each family without context among draws of a posture; occasions without families are left out."""
+    groups = {name: families_for(posture, "none", name) for name in occasions}
+    total = sum(share for name, share in occasions.items() if groups[name])
+    return {
+        kind.name: occasions[name] / total * kind.weight / sum(other.weight for other in kinds)
+        for name, kinds in groups.items()
+        for kind in kinds
+    }
+
+
+def drawn(shares: dict[str, float], n: int, model: LifeModel | None, n_processes: int) -> tuple[Array, Array]:
+    """(m, n_dofs) angles and (m, 3, 3) roots of about n poses, of each family its share, drawn as scenes draw them.
+
+    A family's draws are the same whatever the other families, and fewer are the first of more.
+    """
+    tasks = [
+        (name, chunk, min(CHUNK, round(n * share) - chunk * CHUNK), model if is_recorded(name) else None)
+        for name, share in shares.items()
+        for chunk in range(-(-round(n * share) // CHUNK))
+    ]
+    with ProcessPoolExecutor(n_processes) as pool:
+        parts = list(pool.map(_draw_chunk, *zip(*tasks, strict=True)))
+    return np.concatenate([angles for angles, _ in parts]), np.concatenate([roots for _, roots in parts])
+
+
+def is_recorded(name: str) -> bool:
+    """Whether a family is drawn from the model of recorded life."""
+    return isinstance(FAMILIES[name].base, Recorded)
+
+
+def _draw_chunk(name: str, chunk: int, n: int, model: LifeModel | None) -> tuple[Array, Array]:
+    """Draws some poses of a family; with a model, from that instead of the shipped one."""
+    if model is not None:
+        recorded.life_model = lambda: model
+    rng = np.random.default_rng([list(FAMILIES).index(name), chunk])
+    bodies, angles, roots = sampled_bodies(), [], []
     while len(angles) < n:
-        kinds = groups[int(rng.choice(len(groups), p=shares / shares.sum()))][1]
-        weights = np.array([kind.weight for kind in kinds])
-        kind = kinds[int(rng.choice(len(kinds), p=weights / weights.sum()))]
         body = bodies[int(rng.integers(len(bodies)))]
-        pose = draw_arms(kind, body, draw_base(kind, body, rng), rng)
+        pose = draw_arms(name, body, draw_base(name, body, rng), rng)
         if pose is not None:
             angles.append(pose.angles)
             roots.append(pose.T_world_root[:3, :3])
     return np.array(angles), np.array(roots)
 
 
+@functools.cache
 def sampled_bodies() -> list[Body]:
     """People as corpora have them, in trousers."""
     specs = [sample_body(np.random.default_rng([k, 3])) for k in range(N_BODIES)]
     return [make_body(dressed_to_sit(spec)) for spec in specs]
-
-
-def groups_of(posture: Posture, shares: dict[Occasion, float]) -> list[tuple[float, list[PoseFamily]]]:
-    """Families without context by occasion; the weights of those there are."""
-    return [
-        (share, kinds)
-        for name, share in shares.items()
-        if (kinds := families_for(posture, "none", name)) and share
-    ]
 
 
 def default_shares() -> dict[Occasion, float]:
@@ -146,34 +169,29 @@ def _wilson(share: float, n: int) -> tuple[float, float]:
     return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
 
 
-def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn: int) -> None:
-    """Prints the coverage by posture and trial, before (daily families) and after (with the model of life)."""
-    bodies = sampled_bodies()
-    asked = places_of(judged.angles, judged.root)
+def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn: int, n_processes: int) -> None:
+    """Prints the coverage by posture and trial, before (daily families) and after (the default scenes)."""
     names = sorted({trial.name for trial in judged.trials})
-    folds = [set(names[k::n_folds]) for k in range(n_folds)]
+    folds = [names[k::n_folds] for k in range(n_folds)]
     of_pose = np.array([trial.name for trial in judged.trials])[judged.trial]
     of_fine = np.array([trial.name for trial in fine.trials])[fine.trial]
-    after = np.empty(len(judged), np.float32)
-    before = np.empty(len(judged), np.float32)
-    for posture in POSTURES:
-        is_of = judged.is_sitting == (posture == "sitting")
-        daily = drawn(groups_of(posture, {"daily": 1.0}), bodies, n_drawn, 1)
-        before[is_of] = nearest_distances(asked[is_of], places_of(*daily))
-    for k, fold in enumerate(folds):
-        model = measured(fine, ~np.isin(of_fine, list(fold)))
-        recorded.life_model = life.life_model = lambda model=model: model
-        for posture in POSTURES:
-            is_of = (judged.is_sitting == (posture == "sitting")) & np.isin(of_pose, list(fold))
-            if is_of.any():
-                ours = drawn(
-                    groups_of(posture, {"daily": 0.35, "exercise": 0.15, "life": 0.5}), bodies, n_drawn, 2
-                )
-                after[is_of] = nearest_distances(asked[is_of], places_of(*ours))
-        print(f"fold {k + 1}: {', '.join(sorted(fold))}", flush=True)
+    models = [measured(fine, ~np.isin(of_fine, fold)) for fold in folds]
+    asked = places_of(judged.angles, judged.root)
+    before, after = np.full(len(judged), np.inf, np.float32), np.full(len(judged), np.inf, np.float32)
     print(f"poses with one of {n_drawn} drawn within {100 * WITHIN:g} cm [%], before and after")
     for posture in POSTURES:
         is_of = judged.is_sitting == (posture == "sitting")
+        daily, shares = shares_of(posture, {"daily": 1.0}), shares_of(posture, default_shares())
+        before[is_of] = nearest_distances(asked[is_of], places_of(*drawn(daily, n_drawn, None, n_processes)))
+        fixed = {name: share for name, share in shares.items() if not is_recorded(name)}
+        known = places_of(*drawn(fixed, n_drawn, None, n_processes))
+        after[is_of] = nearest_distances(asked[is_of], known)
+        own = {name: share for name, share in shares.items() if is_recorded(name)}
+        for fold, model in zip(folds, models, strict=True):
+            is_left_out = is_of & np.isin(of_pose, fold)
+            if is_left_out.any():
+                poses = places_of(*drawn(own, n_drawn, model, n_processes))
+                after[is_left_out] = np.minimum(after[is_left_out], nearest_distances(asked[is_left_out], poses))
         _tell(posture, before[is_of], after[is_of])
     for name in names:
         _tell(name, before[of_pose == name], after[of_pose == name])
@@ -187,18 +205,18 @@ def _tell(name: str, before: NDArray[np.float32], after: NDArray[np.float32]) ->
         words.append(
             f"{100 * share:5.1f} [{100 * low:.1f}, {100 * high:.1f}] median {100 * np.median(distances):.1f} cm"
         )
-    print(f"{name:10} {len(before):5} {words[0]:40} {words[1]}")
+    print(f"{name:10} {len(before):5} {words[0]:40} {words[1]}", flush=True)
 
 
-def tell_differences(judged: PoseLibrary, n_drawn: int) -> None:
+def tell_differences(judged: PoseLibrary, n_drawn: int, n_processes: int) -> None:
     """Prints how much left and right differ in recordings and in drawn poses: 95 % quantiles [degrees]."""
     names = ("hip_flexion", "hip_abduction", "knee_flexion", "shoulder_flexion", "elbow_flexion")
-    bodies = sampled_bodies()
     print(f"95 % quantile of |left - right| [degrees]: {', '.join(names)}; of the greater knee flexion")
     for posture in POSTURES:
         sets = {"recorded": judged.angles[judged.is_sitting == (posture == "sitting")]}
-        sets["daily families"] = drawn(groups_of(posture, {"daily": 1.0}), bodies, n_drawn, 1)[0]
-        sets["default scenes"] = drawn(groups_of(posture, default_shares()), bodies, n_drawn, 2)[0]
+        daily, default = shares_of(posture, {"daily": 1.0}), shares_of(posture, default_shares())
+        sets["daily families"] = drawn(daily, n_drawn, None, n_processes)[0]
+        sets["default scenes"] = drawn(default, n_drawn, None, n_processes)[0]
         for title, angles in sets.items():
             left, right = (np.degrees(angles[:, [DOF_IDX[f"{s}_{n}"] for n in names]]) for s in "lr")
             apart = np.quantile(np.abs(left - right), 0.95, axis=0)
@@ -215,16 +233,17 @@ def main() -> None:
     parser.add_argument("--differences", type=Path, help="tell how left and right differ instead")
     parser.add_argument("--folds", type=int, default=4)
     parser.add_argument("--drawn", type=int, default=20000)
+    parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     library = read_library(options.library)
     if options.differences is not None:
-        tell_differences(read_library(options.differences), options.drawn)
+        tell_differences(read_library(options.differences), options.drawn, options.processes)
         return
     if options.coverage is None:
         model = measured(library, np.ones(len(library), np.bool_))
         write(model, len(library.trials), len({trial.subject for trial in library.trials}), options.out)
         return
-    tell_coverage(library, read_library(options.coverage), options.folds, options.drawn)
+    tell_coverage(library, read_library(options.coverage), options.folds, options.drawn, options.processes)
 
 
 if __name__ == "__main__":
