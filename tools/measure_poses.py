@@ -14,6 +14,7 @@ trials of a fold are left out together. The differences are those between left a
 import argparse
 import functools
 import json
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -169,7 +170,14 @@ def _wilson(share: float, n: int) -> tuple[float, float]:
     return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
 
 
-def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn: int, n_processes: int) -> None:
+def tell_coverage(
+    fine: PoseLibrary,
+    judged: PoseLibrary,
+    n_folds: int,
+    n_drawn: int,
+    n_processes: int,
+    postures: Sequence[Posture],
+) -> None:
     """Prints the coverage by posture and trial, before (daily families) and after (the default scenes)."""
     names = sorted({trial.name for trial in judged.trials})
     folds = [names[k::n_folds] for k in range(n_folds)]
@@ -179,7 +187,7 @@ def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn:
     asked = places_of(judged.angles, judged.root)
     before, after = np.full(len(judged), np.inf, np.float32), np.full(len(judged), np.inf, np.float32)
     print(f"poses with one of {n_drawn} drawn within {100 * WITHIN:g} cm [%], before and after")
-    for posture in POSTURES:
+    for posture in postures:
         is_of = judged.is_sitting == (posture == "sitting")
         daily, shares = shares_of(posture, {"daily": 1.0}), shares_of(posture, default_shares())
         before[is_of] = nearest_distances(asked[is_of], places_of(*drawn(daily, n_drawn, None, n_processes)))
@@ -193,8 +201,10 @@ def tell_coverage(fine: PoseLibrary, judged: PoseLibrary, n_folds: int, n_drawn:
                 poses = places_of(*drawn(own, n_drawn, model, n_processes))
                 after[is_left_out] = np.minimum(after[is_left_out], nearest_distances(asked[is_left_out], poses))
         _tell(posture, before[is_of], after[is_of])
+    is_told = np.isfinite(after)
     for name in names:
-        _tell(name, before[of_pose == name], after[of_pose == name])
+        if (is_of := is_told & (of_pose == name)).any():
+            _tell(name, before[is_of], after[is_of])
 
 
 def _tell(name: str, before: NDArray[np.float32], after: NDArray[np.float32]) -> None:
@@ -233,6 +243,7 @@ def main() -> None:
     parser.add_argument("--differences", type=Path, help="tell how left and right differ instead")
     parser.add_argument("--folds", type=int, default=4)
     parser.add_argument("--drawn", type=int, default=20000)
+    parser.add_argument("--postures", nargs="+", choices=POSTURES, default=POSTURES)
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     library = read_library(options.library)
@@ -243,7 +254,8 @@ def main() -> None:
         model = measured(library, np.ones(len(library), np.bool_))
         write(model, len(library.trials), len({trial.subject for trial in library.trials}), options.out)
         return
-    tell_coverage(library, read_library(options.coverage), options.folds, options.drawn, options.processes)
+    judged = read_library(options.coverage)
+    tell_coverage(library, judged, options.folds, options.drawn, options.processes, options.postures)
 
 
 if __name__ == "__main__":
