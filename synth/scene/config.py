@@ -124,7 +124,7 @@ class SceneConfig:
     height: tuple[float, float] | None = None
     azimuth: tuple[float, float] = (-3.141592653589793, 3.141592653589793)
     frontal_share: float = 0.5
-    near_share: float = 0.12
+    near_share: float = 0.2
     clearance: tuple[float, float] = (0.03, 0.05)
     visible_share: tuple[float, float] = (0.15, 0.95)
     seated_share: float = 0.35
