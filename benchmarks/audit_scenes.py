@@ -4,7 +4,8 @@ Both ways are measured: skin vertices against every closed object mesh's volume 
 open ones is left to the other way), and points on every object's surface against the closed skin. Prints the
 deepest overlap's distribution and the share of scenes over 1 cm, over all scenes and by family.
 
-    python benchmarks/audit_scenes.py [--scenes 500] [--seed 0] [--poses FILE] [--objects FILE] [--split test]
+    python benchmarks/audit_scenes.py [--scenes 500] [--seed 0] [--config FILE.toml] [--poses FILE] [--objects FILE]
+        [--split test]
 
 With libraries of recorded poses or imported objects, all frames are of one split and take all they can from them.
 """
@@ -18,6 +19,7 @@ import igl
 import numpy as np
 from tqdm import tqdm
 
+from pipelines.commands.generate import GenerateSettings
 from synth.bodies.poses.library import read_library as read_poses
 from synth.bodies.rig.skinning import posed_mesh
 from synth.frame import Frame
@@ -73,11 +75,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--config", type=Path, help="settings of `undergrowth generate` with the scenes to draw")
     parser.add_argument("--poses", type=Path)
     parser.add_argument("--objects", type=Path)
     parser.add_argument("--split", choices=SPLITS, default="test")
     options = parser.parse_args()
-    config, poses, objects = SceneConfig(), None, None
+    config = SceneConfig() if options.config is None else GenerateSettings.from_toml(options.config).scene
+    poses, objects = None, None
     if options.poses or options.objects:
         config = replace(config, splits=SplitShares(*[float(split == options.split) for split in SPLITS]))
     if options.poses:

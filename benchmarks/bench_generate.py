@@ -4,6 +4,7 @@ Three figures: CPU seconds a frame of the whole run in one process, with compila
 in a profiled run, by stage; and wall-clock frames a second with one and with two workers.
 
     python benchmarks/bench_generate.py [--frames 960] [--worker-frames 3200 | --no-workers] [--memory 10000]
+    python benchmarks/bench_generate.py --settings 200    # the default scenes beside those of the paper's setting
 """
 
 import argparse
@@ -16,9 +17,10 @@ from pathlib import Path
 
 import psutil
 
+from pipelines.ablate.config import paper_scenes
 from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Order, write_corpus
-from synth.scene import FrameSource
+from synth.scene import FrameSource, SceneConfig
 
 STAGES = (
     ("subjects built", "pools.py", "_make_subject"),
@@ -66,6 +68,20 @@ def memory_run(n_frames: int, seed: int) -> None:
             print(f"after {index + 1} frames: {process.memory_info().rss / 2**20:.0f} MiB", flush=True)
 
 
+def settings_run(n_frames: int, seed: int) -> None:
+    """Prints the CPU time of a frame by turns in the paper's setting and in the default scenes."""
+    for turn in range(3):
+        told = []
+        for name, scene in (("paper's setting", paper_scenes()), ("default scenes", SceneConfig())):
+            source = FrameSource(scene, seed + turn, n_frames + 1)
+            source.frame(0)
+            start = time.process_time()
+            for index in range(1, n_frames + 1):
+                source.frame(index)
+            told.append(f"{name} {1000 * (time.process_time() - start) / n_frames:.2f} ms")
+        print(", ".join(told), flush=True)
+
+
 def cumulative(stats: pstats.Stats, file: str, function: str) -> float:
     """Cumulative seconds of a function in a profile."""
     rows = stats.stats.items()  # type: ignore[attr-defined]
@@ -80,7 +96,11 @@ def main() -> None:
     parser.add_argument("--worker-frames", type=int, default=3200)
     parser.add_argument("--no-workers", action="store_true")
     parser.add_argument("--memory", type=int, metavar="FRAMES", help="only resident memory over FRAMES frames")
+    parser.add_argument("--settings", type=int, metavar="FRAMES", help="only compare settings over FRAMES frames")
     options = parser.parse_args()
+    if options.settings:
+        settings_run(options.settings, options.seed)
+        return
     if options.memory:
         memory_run(options.memory, options.seed)
         return

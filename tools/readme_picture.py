@@ -4,14 +4,16 @@ python tools/readme_picture.py [--seed 5] [--out docs/frames.png]
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from pipelines.ablate.config import paper_scenes
 from pipelines.drawing.frames import contact_sheet
 from synth.frame import Frame
-from synth.scene import FrameSource, SceneConfig, SceneWeights
+from synth.scene import FrameSource, SceneWeights
 
 FAMILIES = ("laptop_table", "table", "stroller", "laptop_lap", "clutter", "several")
 
@@ -19,7 +21,8 @@ FAMILIES = ("laptop_table", "table", "stroller", "laptop_lap", "clutter", "sever
 def first_fitting(family: str, seed: int) -> Frame:
     """The first frame of a family that a picture can show well: 40-85 % seen, a body at least 190 px high."""
     weights = SceneWeights(*[float(name == family) for name in SceneWeights.names()])
-    config = SceneConfig(scenes=weights, visible_share=(0.4, 0.85), distance=(1.8, 3.0), azimuth=(-1.6, 1.6))
+    shown = {"visible_share": (0.4, 0.85), "distance": (1.8, 3.0), "azimuth": (-1.6, 1.6)}
+    config = replace(paper_scenes(), scenes=weights, **shown)
     for frame in FrameSource(config, seed, 200):
         rows = np.flatnonzero((frame.body_part > 0).any(axis=1))
         is_whole = (frame.joint_state != 3).all()

@@ -8,6 +8,7 @@ Real frames are 16-bit .png or little-endian 640x480 .raw of a Kinect v1, in mil
 
 import argparse
 import time
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,10 +16,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.ablate.config import paper_scenes
 from synth.camera import Camera
 from synth.render.presets import CAMERAS, camera_named
-from synth.render.sensors import SENSOR_NAMES, apply_sensor
-from synth.scene import FrameSource, SceneConfig, SceneWeights
+from synth.render.sensors import apply_sensor
+from synth.scene import FrameSource, SceneWeights
 
 STEPS = 8.0 * 575.816 * 75.0  # disparity steps of a Kinect v1 times depth [mm]
 SENSOR_CAMERAS = {
@@ -28,6 +30,8 @@ SENSOR_CAMERAS = {
     "realsense_d435": "realsense_d435",
 }
 
+PATCHES = (5, 9, 15)
+"""Sizes of the patches that noise is compared on [px]."""
 BEHIND = 1.2
 """How far behind the person the wall stands [m]."""
 
@@ -45,7 +49,8 @@ def builtin_scene(camera: Camera, distance: float, seed: int = 0, *, is_furnishe
         (height, width) uint16 z-depth [mm].
     """
     family = "table" if is_furnished else "unhidden"
-    config = SceneConfig(
+    config = replace(
+        paper_scenes(),
         scenes=SceneWeights(*[float(name == family) for name in SceneWeights.names()]),
         camera="custom",
         intrinsics=(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy),
@@ -92,25 +97,37 @@ def real_files(paths: list[Path], limit: int) -> list[Path]:
     return files
 
 
-def local_residuals(depth: NDArray[np.uint16]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fits a plane to every 5x5 patch of one surface, in disparity, where planes are linear.
+def local_residuals(
+    depth: NDArray[np.uint16], size: int = 5, step: int = 1
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fits a plane to square patches of one surface, in disparity, where planes are linear.
 
     Args:
         depth: (height, width) uint16 [mm], 0 = no return.
+        size: Of the patches [px], odd.
+        step: From patch to patch [px].
 
     Returns:
         (n,) mean depth [mm] and (n,) root mean square residual [disparity steps of a Kinect v1].
     """
     z = depth.astype(np.float64)
     steps = np.divide(STEPS, z, out=np.zeros_like(z), where=z > 0)
-    windows = np.lib.stride_tricks.sliding_window_view(steps, (5, 5)).reshape(-1, 25)
+    n = size * size
+    windows = np.lib.stride_tricks.sliding_window_view(steps, (size, size))[::step, ::step].reshape(-1, n)
     is_whole = (windows > 0).all(axis=1)
     windows = windows[is_whole]
     windows = windows[np.ptp(windows, axis=1) < 5.0]
-    y, x = np.mgrid[-2:3, -2:3].reshape(2, 25)
-    design = np.stack([np.ones(25), x, y], axis=1)
+    y, x = np.mgrid[:size, :size].reshape(2, n) - size // 2
+    design = np.stack([np.ones(n), x, y], axis=1)
     residual = windows - windows @ (design @ np.linalg.pinv(design)).T
-    return STEPS / windows.mean(axis=1), np.sqrt((residual**2).sum(axis=1) / 22.0)
+    return STEPS / windows.mean(axis=1), np.sqrt((residual**2).sum(axis=1) / (n - 3.0))
+
+
+def pinholes(depth: NDArray[np.uint16]) -> int:
+    """Holes of at most four pixels without a return."""
+    return int(
+        (cv2.connectedComponentsWithStats((depth == 0).astype(np.uint8), connectivity=4)[2][1:, 4] <= 4).sum()
+    )
 
 
 def edge_roughness(depth: NDArray[np.uint16], far: float) -> float:
@@ -126,10 +143,20 @@ def compare(real: list[Path]) -> None:
     bins = np.array([700, 1000, 1500, 2000, 2500, 3000, 3500, 4000])
     rows: dict[str, list[NDArray[np.float64]]] = {"real": [], "model": [], "clean": []}
     rough: dict[str, list[float]] = {"real": [], "model": [], "clean": []}
+    holes: dict[str, list[float]] = {"real": [], "model": [], "clean": []}
+    wide: dict[tuple[str, int], list[NDArray[np.float64]]] = {
+        (name, size): [] for name in rows for size in PATCHES
+    }
+
+    def add(name: str, depth: NDArray[np.uint16], far: float) -> None:
+        rows[name].append(np.stack(local_residuals(depth)))
+        rough[name].append(edge_roughness(depth, far))
+        holes[name].append(pinholes(depth))
+        for size in PATCHES:
+            wide[name, size].append(np.stack(local_residuals(depth, size, 3)))
+
     for path in real:
-        depth = load_depth(path)
-        rows["real"].append(np.stack(local_residuals(depth)))
-        rough["real"].append(edge_roughness(depth, 1e9))
+        add("real", load_depth(path), 1e9)
     width = load_depth(real[0]).shape[1]
     camera = CAMERAS["kinect_v1"] if width == 640 else CAMERAS["kinect_v1_qvga"]
     for seed, distance in enumerate(np.linspace(1.2, 4.0, 24)):
@@ -139,9 +166,7 @@ def compare(real: list[Path]) -> None:
             ("clean", apply_sensor("ideal", clean, camera, np.random.default_rng(seed))),
             ("model", apply_sensor("kinect_v1", clean, camera, np.random.default_rng(seed))),
         ):
-            person = np.where(depth < far, depth, 0).astype(np.uint16)
-            rows[name].append(np.stack(local_residuals(person)))
-            rough[name].append(edge_roughness(person, far))
+            add(name, np.where(depth < far, depth, 0).astype(np.uint16), far)
     print(f"rms residual of local planes at {width} px wide, in disparity steps (number of patches)")
     print("depth [mm]      " + "".join(f"{name:>20}" for name in rows))
     for low, high in pairwise(bins):
@@ -151,15 +176,22 @@ def compare(real: list[Path]) -> None:
             is_in = (z >= low) & (z < high)
             line += f"{np.sqrt(np.mean(r[is_in] ** 2)) if is_in.any() else np.nan:12.3f} ({is_in.sum():6d})"
         print(line)
-    figures = ", ".join(f"{name} {np.mean(values):.3f}" for name, values in rough.items())
-    print(f"outline's distance from its smoothed self [px]: {figures}")
+    for title, values in (("outline's distance from its smoothed self [px]", rough), ("pinholes a frame", holes)):
+        print(f"{title}: {', '.join(f'{name} {np.mean(own):.3f}' for name, own in values.items())}")
+    for size in PATCHES:
+        told = []
+        for name in rows:
+            z, r = np.concatenate(wide[name, size], axis=1)
+            is_in = (z >= 3000) & (z < 3750)
+            told.append(f"{name} {np.median(r[is_in]) if is_in.any() else np.nan:.3f} ({is_in.sum()})")
+        print(f"median residual of patches of {size} px at 3 to 3.75 m: {', '.join(told)}")
 
 
 def measure_time() -> None:
     """Prints the median time of each sensor over 30 frames of 512x424, compilation apart."""
     camera = CAMERAS["kinect_v2"]
     clean = builtin_scene(camera, 2.4, is_furnished=True)
-    for name in SENSOR_NAMES:
+    for name in SENSOR_CAMERAS:
         spans = []
         for seed in range(31):
             rng = np.random.default_rng(seed)
@@ -207,7 +239,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     tiles = []
-    for name in SENSOR_NAMES:
+    for name in SENSOR_CAMERAS:
         camera = CAMERAS[SENSOR_CAMERAS[name]]
         if args.clean is None:
             clean = builtin_scene(camera, args.distance, is_furnished=True)
@@ -221,7 +253,7 @@ def main() -> None:
         seen = depth[depth > 0]
         tiles.append(tile(depth, "real Kinect v1", float(seen.min()) - 100, float(np.percentile(seen, 99)) + 300))
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(args.out), sheet(tiles, 2 if args.clean is None else len(SENSOR_NAMES))):
+    if not cv2.imwrite(str(args.out), sheet(tiles, 2 if args.clean is None else len(SENSOR_CAMERAS))):
         raise SystemExit(f"could not write {args.out}")
     if args.time:
         measure_time()

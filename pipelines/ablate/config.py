@@ -1,5 +1,6 @@
 """What an ablation is made of: a corpus, forests, seeds, questions; and the sizes that are shipped."""
 
+import functools
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -47,6 +48,21 @@ REGRESSION_ROWS: tuple[str, ...] = tuple(KINDS["oarf"].variants)
 """Methods that most questions compare."""
 
 
+SCENES = "scenes"
+"""The scenes of the paper's setting: a file beside this one that every size begins with."""
+
+
+def _shipped(name: str) -> dict[str, object]:
+    """The tables of a TOML file beside this one."""
+    return tomllib.loads(files(__package__).joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+
+
+@functools.cache
+def paper_scenes() -> SceneConfig:
+    """The scenes on which all documented figures are measured, those of `examples/paper.toml`."""
+    return from_table(CorpusConfig, _shipped(SCENES)["corpus"], f"{SCENES}.toml").scene  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True)
 class CorpusConfig:
     """The corpus on which an ablation trains and tests.
@@ -56,14 +72,15 @@ class CorpusConfig:
         val_frames: Number of frames for tuning.
         test_frames: Number of frames for scoring, with other subjects, objects and poses.
         seed: Seed of all randomness in the corpus.
-        scene: How the scenes are drawn. The splits follow from the numbers of frames.
+        scene: How the scenes are drawn; by default as `paper_scenes`. The splits follow from the numbers of
+            frames.
     """
 
     train_frames: int = 1110
     val_frames: int = 200
     test_frames: int = 440
     seed: int = 2015
-    scene: SceneConfig = field(default_factory=SceneConfig)
+    scene: SceneConfig = field(default_factory=paper_scenes)
 
     def __post_init__(self) -> None:
         check_fields(self, dict.fromkeys(("train_frames", "val_frames", "test_frames"), (1, MAX_FRAMES // 3)))
@@ -149,7 +166,7 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
     Raises:
         UserError: The file is missing, no TOML, or has unknown or wrong settings.
     """
-    table = tomllib.loads(files(__package__).joinpath(f"{size}.toml").read_text(encoding="utf-8"))
+    table = merged(_shipped(SCENES), _shipped(size))
     where = f"{size}.toml" if path is None else str(path)
     table = table if path is None else merged(table, read_toml(path))
     models = _models({name: table.pop(name) for name in KINDS if name in table}, where)

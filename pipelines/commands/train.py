@@ -41,8 +41,9 @@ class TrainSettings:
         corpora: Folders of the corpora. The model is trained on the frames of all of them together.
         out: File of the model.
         config: TOML file with any of these settings. Settings given on the command line override it.
-        sensor: Name of a sensor model whose noise is added to the depth of generated frames. By default the depth
-            stays clean.
+        sensor: Name of a sensor model whose noise is added to the depth of generated frames. "random" adds that of
+            another sensor to every frame, for models that are asked about any camera; "ideal" leaves the depth
+            clean.
         max_frames: Use at most this many frames of each split of each corpus, evenly spread; 0 uses all.
         threads: Number of threads. The model does not depend on it.
         overwrite: Replace an existing model, and delete unfinished trees that were trained with other settings.
@@ -53,7 +54,7 @@ class TrainSettings:
     corpora: Annotated[tuple[Path, ...], tyro.conf.Positional]
     out: Path
     config: Path | None = None
-    sensor: str | None = None
+    sensor: str | None = "random"
     max_frames: int = 0
     threads: int = 1
     overwrite: bool = False
@@ -168,7 +169,8 @@ def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) ->
     for train, val in zip(frames.parts, validation.parts, strict=True):
         yield f"training on {len(train)} frames of {train.corpus.path}, tuning on {len(val)}"
     if measured := [str(part.corpus.path) for part in frames.parts if part.sensor != sensor]:
-        yield f"the noise of {sensor} is not added to the recorded frames of {', '.join(measured)}"
+        noise = "random sensors" if sensor == "random" else sensor
+        yield f"the noise of {noise} is not added to the recorded frames of {', '.join(measured)}"
 
 
 def _lacking(frames: JoinedFrames, kind: ModelKind, config: Any) -> Iterator[str]:

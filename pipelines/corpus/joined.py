@@ -60,11 +60,15 @@ def digests_of(corpora: Sequence[Corpus]) -> str | list[str]:
 
 
 def sensors_of(corpora: Sequence[Corpus], sensor: str | None) -> tuple[str | None, ...]:
-    """The sensor model for each corpus: none for recorded ones if others are generated.
+    """The sensor model for each corpus: none for recorded ones if others are generated, or if it is "random".
 
     Raises:
         CorpusError: An unknown sensor, or a second one for frames that are all recorded.
     """
+    from synth.render.sensors import RANDOM
+
+    if sensor == RANDOM:
+        return tuple(None if corpus.header.is_recorded else sensor for corpus in corpora)
     generated = [corpus for corpus in corpora if not corpus.header.is_recorded]
     for corpus in generated or corpora:
         corpus.check_sensor(sensor)

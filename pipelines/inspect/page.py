@@ -5,11 +5,14 @@ from typing import NamedTuple
 from pipelines.corpus import Corpus
 from pipelines.drawing.html import templates_of
 from pipelines.drawing.palette import STATE_MARKS, css_colour
+from pipelines.inspect.coverage import Grid
 from pipelines.inspect.statistics import Histogram, Statistics
 
 _TEMPLATES = templates_of("pipelines.inspect")
 _WIDTH, _HEIGHT, _FOOT = 360.0, 120.0, 16.0
 """Of a chart: its bars, and its ticks below them."""
+_LEFT = 34.0
+"""Of the grid of views: its ticks on the left."""
 
 
 class Bar(NamedTuple):
@@ -67,6 +70,7 @@ def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -
             "{:.0f}",
             "0 is in front, positive to the person's left",
         ),
+        *(_chart(f"{name} [deg]", bends, "{:.0f}", "0 is straight") for name, bends in statistics.bends.items()),
     )
     return _TEMPLATES.get_template("page.html").render(
         name=corpus.path.resolve().name,
@@ -75,8 +79,65 @@ def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -
         statistics=statistics,
         state_colours={state.name.lower(): css_colour(mark.colour) for state, mark in STATE_MARKS.items()},
         charts=charts,
+        grid=_drawn_grid(statistics.views),
         sheets=sheets,
     )
+
+
+class Cell(NamedTuple):
+    """A cell of the grid of views.
+
+    Attributes:
+        x: Its left end.
+        y: Its upper end.
+        opacity: How full it is drawn, 0 = a hole.
+        told: What it shows, in words.
+    """
+
+    x: float
+    y: float
+    opacity: float
+    told: str
+
+
+class DrawnGrid(NamedTuple):
+    """The grid of views as it is drawn.
+
+    Attributes:
+        width: Of the picture.
+        height: Of the picture.
+        cell: Width and height of a cell.
+        cells: All of them.
+        across: Place and words of the ticks below.
+        down: Place and words of the ticks on the left.
+    """
+
+    width: float
+    height: float
+    cell: tuple[float, float]
+    cells: tuple[Cell, ...]
+    across: tuple[tuple[float, str], ...]
+    down: tuple[tuple[float, str], ...]
+
+
+def _drawn_grid(grid: Grid) -> DrawnGrid:
+    n_down, n_across = len(grid.distances) - 1, len(grid.bearings) - 1
+    width, height, left = (_WIDTH - _LEFT) / n_across, 14.0, _LEFT
+    top = max(1, *map(max, grid.counts))
+    cells = tuple(
+        Cell(
+            left + k * width,
+            row * height,
+            0.15 + 0.85 * count / top if count else 0.0,
+            f"{count} frames at {grid.bearings[k]:.0f} to {grid.bearings[k + 1]:.0f} deg, "
+            f"{grid.distances[row]:g} to {grid.distances[row + 1]:g} m",
+        )
+        for row, counts in enumerate(grid.counts)
+        for k, count in enumerate(counts)
+    )
+    across = tuple((left + k * width, f"{grid.bearings[k]:.0f}") for k in range(0, n_across + 1, 3))
+    down = tuple((row * height + 4.0, f"{grid.distances[row]:g} m") for row in range(1, n_down + 1, 2))
+    return DrawnGrid(_WIDTH + 12.0, n_down * height + _FOOT, (width - 1.0, height - 1.0), cells, across, down)
 
 
 def _chart(title: str, histogram: Histogram, form: str, note: str = "") -> Chart:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
+from pipelines.inspect.coverage import BEND_EDGES, Grid, bends_of, life_covered, views_grid
 from synth.vocabulary import JOINT_NAMES, JointState
 
 _TORSO = JOINT_NAMES.index("torso")
@@ -38,6 +39,10 @@ class Statistics:
         azimuth: Bearing of the camera seen from the person [deg]; 0 in front, positive to their left.
         counts: Frames by name, for each of "split", "scene family", "pose family", "objects' classes" (frames
             that hold one) and "camera".
+        views: Frames by bearing and distance, where both are known.
+        bends: How far limbs are bent, by name [deg].
+        life_covered: Share of poses drawn from the model of recorded life that have a pose of the corpus near them,
+            by posture; empty if the corpus does not tell joint angles.
         n_subjects: Different subjects.
         n_objects: Different objects by class.
     """
@@ -48,6 +53,9 @@ class Statistics:
     distance: Histogram
     azimuth: Histogram
     counts: dict[str, dict[str, int]]
+    views: Grid
+    bends: dict[str, Histogram]
+    life_covered: dict[str, float]
     n_subjects: int
     n_objects: dict[str, int]
 
@@ -58,7 +66,9 @@ def statistics_of(corpus: Corpus) -> Statistics:
     states = corpus.arrays("joint_state")
     T_world_root, T_world_camera = corpus.arrays("T_world_root"), corpus.arrays("T_world_camera")
     is_known = states[:, _TORSO] != JointState.UNKNOWN
-    distances = np.linalg.norm(corpus.arrays("joints")[is_known, _TORSO], axis=1)
+    joints = corpus.arrays("joints")
+    distances = np.linalg.norm(joints[is_known, _TORSO], axis=1)
+    bearings = camera_azimuth(T_world_root, T_world_camera)
     objects = {item.spec_id: item.class_name for info in infos for item in info.objects}
     return Statistics(
         n_frames=len(infos),
@@ -68,7 +78,7 @@ def statistics_of(corpus: Corpus) -> Statistics:
         },
         visible_fraction=histogram([info.visible_fraction for info in infos], np.linspace(0, 1, 21)),
         distance=histogram(distances, np.arange(0.0, 6.01, 0.25)),
-        azimuth=histogram(camera_azimuth(T_world_root, T_world_camera), np.arange(-180, 181, 15)),
+        azimuth=histogram(bearings, np.arange(-180, 181, 15)),
         counts={
             "split": _counted(info.split for info in infos),
             "scene family": _counted(info.scene_family for info in infos),
@@ -78,6 +88,9 @@ def statistics_of(corpus: Corpus) -> Statistics:
             ),
             "camera": _counted(corpus.camera(int(i)).name for i in corpus.indices),
         },
+        views=views_grid(bearings[is_known], distances),
+        bends={name: histogram(values, BEND_EDGES) for name, values in bends_of(joints, states).items()},
+        life_covered=life_covered(corpus),
         n_subjects=len({info.subject_id for info in infos}),
         n_objects=_counted(objects.values()),
     )

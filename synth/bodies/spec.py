@@ -1,13 +1,20 @@
 """BodySpec: a person's measures and clothes; drawn from published statistics."""
 
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 
 from synth.bodies.population import draw_adult, draw_child
 
-TOPS: tuple[str, ...] = ("bare", "tight", "shirt", "long_shirt", "jacket")
-BOTTOMS: tuple[str, ...] = ("bare", "tight", "trousers", "loose", "shorts", "skirt", "long_skirt")
+TOPS: tuple[str, ...] = ("bare", "tight", "shirt", "long_shirt", "jacket", "pullover")
+BOTTOMS: tuple[str, ...] = (
+    "bare", "tight", "trousers", "loose", "shorts", "skirt", "long_skirt", "straight", "wide", "coat",
+)  # fmt: skip
+SKIRTS: tuple[str, ...] = ("skirt", "long_skirt", "coat")
+"""Bottoms that hang about both thighs and are not sat in; a coat hangs over straight trousers."""
+Wardrobe = Literal["plain", "everyday"]
+WARDROBES: tuple[Wardrobe, ...] = ("plain", "everyday")
 HAIRS: tuple[str, ...] = ("bald", "short", "medium", "long", "bun")
 HEADWEARS: tuple[str, ...] = ("none", "beanie", "cap", "brim", "hood")
 SHOES: tuple[str, ...] = ("bare", "shoe", "boot")
@@ -20,11 +27,16 @@ _RANGES: dict[str, tuple[float, float]] = {
     "age": (3.0, 100.0),
     "top_ease": (0.0, 0.06),
     "bottom_ease": (0.0, 0.06),
+    "hem_width": (0.0, 0.4),
+    "slack": (0.0, 0.04),
     "skirt_length": (0.45, 1.0),
     "skirt_flare": (0.0, 0.25),
     "hair_volume": (0.0, 0.06),
     "sole": (0.0, 0.08),
 }
+
+_LATER = ("hem_width", "slack")
+"""Fields that the first records of people did not have."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +60,10 @@ class BodySpec:
         bottom: What covers the legs, one of `BOTTOMS`.
         top_ease: Distance of the top's cloth from the skin [m].
         bottom_ease: Distance of the bottom's cloth from the skin [m].
-        skirt_length: Where the hem of a "skirt" is, from hip (0) to knee (1); of a "long_skirt", knee to ankle.
+        hem_width: Width of each leg of "straight" and "wide" trousers at the hem, for legs of an adult of 1.72 m [m].
+        slack: How much farther the cloth of a "pullover" or "jacket" bags out around the elbows [m].
+        skirt_length: Where the hem of a "skirt" or "coat" is, from hip (0) to knee (1); of a "long_skirt", knee to
+            ankle.
         skirt_flare: How much wider the hem is than the legs ask for [m].
         hair: One of `HAIRS`.
         hair_volume: Thickness of the hair on the skull [m].
@@ -82,6 +97,8 @@ class BodySpec:
     shoes: str = "bare"
     sole: float = 0.0
     fold_seed: int = 0
+    hem_width: float = 0.0
+    slack: float = 0.0
 
     def __post_init__(self) -> None:
         for name, (low, high) in _RANGES.items():
@@ -101,16 +118,18 @@ class BodySpec:
             )
 
     def plain(self) -> dict[str, object]:
-        """The fields as plain JSON values."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        """The fields as plain JSON values; those of `_LATER` only where they are not 0, as in older records."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if name not in _LATER or value}
 
 
-def sample_body(rng: np.random.Generator, child_share: float = 0.15) -> BodySpec:
+def sample_body(rng: np.random.Generator, child_share: float = 0.15, wardrobe: Wardrobe = "everyday") -> BodySpec:
     """Draws a dressed person; see `population` for the statistics.
 
     Args:
         rng: Source of randomness.
         child_share: Probability of a child of 4 to 17 years.
+        wardrobe: "everyday", or "plain" for clothes that taper.
     """
     if not 0.0 <= child_share <= 1.0:
         raise ValueError(f"child_share={child_share} must be in [0, 1]")
@@ -131,16 +150,38 @@ def sample_body(rng: np.random.Generator, child_share: float = 0.15) -> BodySpec
         "age": round(age, 1),
     }
     values |= {name: round(value, 3) for name, value in (spread | shape).items()}
-    return BodySpec(**values, **_sample_clothes(rng, sex))  # type: ignore[arg-type]
+    clothes = _sample_clothes(rng, sex)
+    if wardrobe == "everyday":
+        clothes |= _sample_everyday(rng, clothes)
+    return BodySpec(**values, **clothes)  # type: ignore[arg-type]
+
+
+def _sample_everyday(rng: np.random.Generator, clothes: dict[str, object]) -> dict[str, object]:
+    """What replaces some of the plain clothes; shares are ours, widths cover those of two measured people."""
+    changed: dict[str, object] = {}
+    if clothes["bottom"] in ("trousers", "loose") or (clothes["bottom"] == "tight" and rng.random() < 0.4):
+        is_wide = rng.random() < 0.25
+        ease = rng.uniform(0.012, 0.026) if is_wide else rng.uniform(0.008, 0.02)
+        hem = rng.uniform(0.19, 0.28) if is_wide else rng.uniform(0.14, 0.185)
+        changed |= {"bottom": "wide" if is_wide else "straight"}
+        changed |= {"bottom_ease": round(float(ease), 4), "hem_width": round(float(hem), 3)}
+    if clothes["top"] in ("tight", "long_shirt") and rng.random() < 0.5:
+        changed |= {"top": "pullover", "top_ease": round(float(rng.uniform(0.01, 0.03)), 4)}
+    if changed.get("top", clothes["top"]) in ("pullover", "jacket"):
+        changed |= {"slack": round(float(rng.uniform(0.0, 0.022)), 4)}
+    if clothes["top"] == "jacket" and "hem_width" in changed and rng.random() < 0.4:
+        changed |= {"bottom": "coat", "skirt_length": round(float(rng.uniform(0.55, 1.0)), 3)}
+        changed |= {"skirt_flare": round(float(rng.uniform(0.02, 0.1)), 3)}
+    return changed
 
 
 def _sample_clothes(rng: np.random.Generator, sex: str) -> dict[str, object]:
     """Clothes, hair and shoes as one meets them indoors and in the street; shares are ours."""
-    top = str(rng.choice(TOPS, p=(0.0, 0.22, 0.36, 0.22, 0.20)))
+    top = str(rng.choice(TOPS[:5], p=(0.0, 0.22, 0.36, 0.22, 0.20)))
     skirts = 0.26 if sex == "female" else 0.0
     shares = np.array([0.0, 0.28, 0.38, 0.16, 0.18, 0.0, 0.0]) * (1.0 - skirts)
     shares[5:] = (0.65 * skirts, 0.35 * skirts)
-    bottom = str(rng.choice(BOTTOMS, p=shares))
+    bottom = str(rng.choice(BOTTOMS[:7], p=shares))
     ease = {"bare": (0.0, 0.0), "tight": (0.001, 0.004), "shirt": (0.006, 0.02), "long_shirt": (0.006, 0.022)}
     ease |= {
         "jacket": (0.015, 0.038),

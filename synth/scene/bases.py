@@ -11,6 +11,7 @@ from synth.bodies.poses.families import FAMILIES, PoseFamily
 from synth.bodies.poses.hands import HandTargets
 from synth.bodies.poses.library import PoseLibrary
 from synth.bodies.poses.place import place_pose
+from synth.bodies.poses.sit import Sitting
 from synth.scene.draw import SceneDraw
 from synth.vocabulary import SPLITS
 
@@ -64,13 +65,20 @@ def draw_base_pose(draw: SceneDraw, family: str, body: Body, seat_height: float 
     kind = FAMILIES[family]
     rows = _rows(draw, kind)
     if draw.library is None or not len(rows):
-        return draw_base(family, body, draw.rng, seat_height=seat_height)
+        return draw_base(_at_ease(kind, draw.config.unlike_legs), body, draw.rng, seat_height=seat_height)
     for _ in range(N_TRIES):
         row = int(rows[int(draw.rng.integers(len(rows)))])
         pose = place_pose(draw.library, row, body, draw.rng, seat_height, keeps_arms=kind.context == "none")
         if pose is not None:
             return pose
     return None
+
+
+def _at_ease(kind: PoseFamily, unlike_legs: float) -> PoseFamily:
+    """The family with legs that differ at least so much from each other, if it sits with both feet down."""
+    if not isinstance(kind.base, Sitting) or kind.base.are_legs_crossed or kind.base.unlike >= unlike_legs:
+        return kind
+    return replace(kind, base=replace(kind.base, unlike=unlike_legs))
 
 
 def _rows(draw: SceneDraw, kind: PoseFamily) -> NDArray[np.int64]:

@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass, field, fields
 
 from storage.ranges import check_fields, check_number, check_span
+from synth.bodies.spec import WARDROBES, Wardrobe
 from synth.camera import Camera
 from synth.render.presets import camera_named, mounting_named
 
@@ -27,13 +28,13 @@ class SceneWeights:
         several: A scene with a table or a stroller, and further unrelated objects.
     """
 
-    unhidden: float = 0.12
-    table: float = 0.24
-    laptop_table: float = 0.20
-    laptop_lap: float = 0.08
-    stroller: float = 0.14
-    clutter: float = 0.12
-    several: float = 0.10
+    unhidden: float = 0.36
+    table: float = 0.14
+    laptop_table: float = 0.11
+    laptop_lap: float = 0.05
+    stroller: float = 0.08
+    clutter: float = 0.18
+    several: float = 0.08
 
     def __post_init__(self) -> None:
         weights = asdict(self)
@@ -89,12 +90,22 @@ class SceneConfig:
         height: Range of the camera's height above the floor [m]. It replaces the range of the mounting.
         azimuth: Range of the direction of the camera as seen from the person [rad]; 0 is in front of the person,
             positive angles are on their left.
+        frontal_share: Share of the views whose direction is drawn near the front, normally distributed by 45
+            degrees within `azimuth`. The others are drawn evenly.
+        near_share: Share of the views in which the person stands 0.6 to 1.5 m before the camera, so that the image
+            shows the upper body and cuts the rest off. It leaves out distances that `distance` does not hold.
         clearance: Range of the gap between the surfaces of person and object, except at declared contacts [m].
         visible_share: Range of the share of the person's pixels that stay visible, in scenes with objects.
         seated_share: Share of seated people among those without objects or behind unrelated objects.
         standing_at_table_share: Share of standing people in scenes of the family table.
         exercising_share: Share of exercising people among those who stand without objects or behind unrelated
             ones. They move the arms anywhere, squat, lunge and raise legs.
+        life_share: Share of people who take a pose of recorded life or of the wide families (stooping, squatting,
+            arms anywhere) among those whose hands touch nothing and who do not exercise.
+        unlike_legs: How much the legs of people who sit at tables and with laptops differ from each other: 0 near
+            copies, 1 as people sit at ease.
+        wardrobe: What people wear. "everyday" has straight and wide trousers, long coats and pullovers with slack
+            at the elbows; "plain" has neither.
         is_context_kept: Whether object class and pose are related as in everyday life. If not, they are drawn
             independently of each other with the same frequencies.
         frames_per_subject: Largest average number of frames that show the same subject.
@@ -112,11 +123,16 @@ class SceneConfig:
     distance: tuple[float, float] | None = None
     height: tuple[float, float] | None = None
     azimuth: tuple[float, float] = (-3.141592653589793, 3.141592653589793)
+    frontal_share: float = 0.5
+    near_share: float = 0.2
     clearance: tuple[float, float] = (0.03, 0.05)
     visible_share: tuple[float, float] = (0.15, 0.95)
     seated_share: float = 0.35
     standing_at_table_share: float = 0.12
-    exercising_share: float = 0.0
+    exercising_share: float = 0.15
+    life_share: float = 0.6
+    unlike_legs: float = 0.6
+    wardrobe: Wardrobe = "everyday"
     is_context_kept: bool = True
     frames_per_subject: int = 20
     frames_per_object: int = 20
@@ -137,6 +153,8 @@ class SceneConfig:
             check_span(name, getattr(self, name), low, high)
         check_fields(self, dict.fromkeys(("frames_per_subject", "frames_per_object"), (1, DRAWS_PER_BLOCK)))
         check_fields(self, dict.fromkeys(_SHARES, (0.0, 1.0)))
+        if self.wardrobe not in WARDROBES:
+            raise ValueError(f"wardrobe={self.wardrobe!r} is unknown; known are {', '.join(WARDROBES)}")
 
     def make_camera(self) -> Camera:
         """The camera that all frames are seen through."""
@@ -150,4 +168,7 @@ class SceneConfig:
         return Camera(int(width), int(height), fx, fy, cx, cy)
 
 
-_SHARES = ("seated_share", "standing_at_table_share", "exercising_share", "child_share")
+_SHARES = (
+    "seated_share", "standing_at_table_share", "exercising_share", "life_share", "unlike_legs", "child_share",
+    "frontal_share", "near_share",
+)  # fmt: skip

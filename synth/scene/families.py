@@ -39,11 +39,18 @@ def _pick(kinds: list[PoseFamily], place: float) -> str:
 def _draw_free_pose_family(draw: SceneDraw, is_seated: bool) -> str:
     """Draws what a person does whose hands touch nothing: sits, stands or exercises."""
     if is_seated:
-        return draw_pose_family(draw, "sitting")
+        return _draw_wide_or_daily(draw, "sitting")
     chance, share = float(draw.rng.random()), draw.config.exercising_share
     if chance < share:
         return _pick(families_for("standing", occasion="exercise"), chance / share)
-    return draw_pose_family(draw, "standing")
+    return _draw_wide_or_daily(draw, "standing")
+
+
+def _draw_wide_or_daily(draw: SceneDraw, posture: Posture) -> str:
+    """A family without context: of recorded life and wide poses, or a daily one."""
+    if draw.config.life_share > 0.0 and draw.rng.random() < draw.config.life_share:
+        return _pick(families_for(posture, occasion="life"), float(draw.rng.random()))
+    return draw_pose_family(draw, posture)
 
 
 def unhidden(draw: SceneDraw) -> Scene | None:
@@ -70,7 +77,7 @@ def table(draw: SceneDraw) -> Scene | None:
 
 def _stand_before_table(draw: SceneDraw) -> Scene | None:
     subject = draw.subject(is_seated=False)
-    pose_family = draw_pose_family(draw, "standing")
+    pose_family = _draw_wide_or_daily(draw, "standing")
     base = draw_base_pose(draw, pose_family, subject.body)
     if base is None:
         return None

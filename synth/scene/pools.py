@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.bodies.body import Body
 from synth.bodies.shape.make import make_body
-from synth.bodies.spec import BodySpec, sample_body
+from synth.bodies.spec import SKIRTS, BodySpec, sample_body
 from synth.geometry import surface_points
 from synth.occluders import registry
 from synth.occluders.meshlib import IMPORTED, MeshModel
@@ -27,8 +27,6 @@ _MAX_SUBJECTS, _MAX_OBJECTS = 24, 256
 """How many the caches keep; a pool has at most 64 subjects, and as many objects of a class."""
 
 
-SKIRTS = ("skirt", "long_skirt")
-"""Bottoms that are not sat in."""
 SURFACE_SPACING = 0.08
 """Distance between the points that stand for an object's surface [m]."""
 
@@ -116,7 +114,7 @@ class Pools:
 
         def draw() -> BodySpec:
             rng = np.random.default_rng(stream)
-            spec = sample_body(rng, child_share=self._config.child_share)
+            spec = sample_body(rng, self._config.child_share, self._config.wardrobe)
             if self._config.stature is None or spec.age < 18.0:
                 return spec
             stature = round(float(rng.uniform(*self._config.stature)), 3)
@@ -141,7 +139,9 @@ def _pooled(model: MeshModel) -> PooledObject:
 
 
 def dressed_to_sit(spec: BodySpec) -> BodySpec:
-    """The same person in trousers, if they wear a skirt: a skirt's surface stands, but cannot drape on a lap."""
+    """The same person in trousers, if they wear a skirt or a coat: its surface stands, but cannot drape on a lap."""
+    if spec.bottom == "coat":
+        return replace(spec, bottom="straight")
     return replace(spec, bottom="trousers", bottom_ease=0.01) if spec.bottom in SKIRTS else spec
 
 

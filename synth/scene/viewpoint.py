@@ -9,11 +9,28 @@ from synth.camera import Camera
 from synth.geometry import inverse, look_at, transform_points
 from synth.render.presets import mounting_named
 from synth.scene.config import SceneConfig
+from synth.vocabulary import JOINT_NAMES
 
 CROPPED_SHARE = 0.15
 """Share of the viewpoints that may cut a part of the person off."""
 MIN_JOINTS_INSIDE = 9
 """A view that cuts the person off still shows this many of the 15 joints."""
+FRONTAL_SPREAD = np.radians(45.0)
+"""Standard deviation of the bearing of a view near the front [rad]."""
+N_FRONTAL_DRAWS = 8
+"""Draws near the front before a bearing is drawn evenly: the range may leave the front out."""
+NEAR = (0.6, 1.5)
+"""Distance of a near view [m]."""
+NEAR_AIM = (0.35, 0.15)
+"""Mean and standard deviation of how far above the middle of the person a near view aims [m]."""
+NEAR_PITCH = np.radians(20.0)
+"""A near camera stands at such a height that it looks up or down by at most this [rad]."""
+MIN_JOINTS_NEAR = 5
+"""A near view shows at least this many of the 15 joints, head and neck among them."""
+LEAST_EYE = 0.25
+"""A near camera stands at least this high above the floor [m]."""
+LEAST_GAP = 0.35
+"""No joint is nearer to a near camera than this [m]."""
 BORDER = 8.0
 """A view that shows the whole person keeps the joints this far from the border [px]."""
 
@@ -35,6 +52,12 @@ class Viewpoint:
 
 def draw_azimuth(config: SceneConfig, rng: np.random.Generator) -> float:
     """Draws the camera's bearing seen from the person [rad]."""
+    if config.frontal_share > 0.0 and rng.random() < config.frontal_share:
+        low, high = config.azimuth
+        for _ in range(N_FRONTAL_DRAWS):
+            azimuth = float(rng.normal(0.0, FRONTAL_SPREAD))
+            if low <= azimuth <= high:
+                return azimuth
     return float(rng.uniform(*config.azimuth))
 
 
@@ -53,6 +76,8 @@ def draw_viewpoint(
     Returns:
         The viewpoint, or None if too few joints are inside its image.
     """
+    if config.near_share > 0.0 and rng.random() < config.near_share:
+        return _draw_near(config, camera, joints, azimuth, rng)
     mounting = mounting_named(config.mounting)
     distance = float(rng.uniform(*(config.distance or mounting.distance)))
     height = float(rng.uniform(*(config.height or mounting.height)))
@@ -67,6 +92,35 @@ def draw_viewpoint(
     in_camera = transform_points(inverse(viewpoint.T_world_camera), joints)
     n_inside = _n_inside(camera, in_camera, 0.0 if is_cropped else BORDER)
     return viewpoint if n_inside >= (MIN_JOINTS_INSIDE if is_cropped else len(joints)) else None
+
+
+def _draw_near(
+    config: SceneConfig, camera: Camera, joints: NDArray[np.float64], azimuth: float, rng: np.random.Generator
+) -> Viewpoint | None:
+    """A view of the upper body from near; arguments as of `draw_viewpoint`."""
+    least, most = config.distance or (0.0, np.inf)
+    low, high = max(NEAR[0], least), min(NEAR[1], most)
+    if low > high:
+        return None
+    distance = float(rng.uniform(low, high))
+    centre = 0.5 * (joints.min(axis=0) + joints.max(axis=0))
+    head = joints[_UPPER].mean(axis=0)
+    rise = float(rng.normal(*NEAR_AIM))
+    aim = np.array([head[0], head[1], min(centre[2] + rise, head[2])]) + rng.normal(0.0, (0.06, 0.06, 0.06))
+    pitch = float(rng.uniform(-NEAR_PITCH, NEAR_PITCH))
+    ahead = np.array([np.cos(azimuth), np.sin(azimuth), np.tan(pitch)])
+    eye = aim + distance * ahead
+    eye[2] = np.clip(eye[2], *(config.height or (LEAST_EYE, np.inf)))
+    if np.linalg.norm(joints - eye, axis=1).min() < LEAST_GAP:
+        return None
+    roll = float(np.clip(rng.normal(0.0, 0.02), -0.05, 0.05))
+    viewpoint = Viewpoint(look_at(eye, aim, roll), azimuth, distance)
+    in_camera = transform_points(inverse(viewpoint.T_world_camera), joints)
+    is_shown = _n_inside(camera, in_camera[_UPPER], 0.0) == len(_UPPER)
+    return viewpoint if is_shown and _n_inside(camera, in_camera, 0.0) >= MIN_JOINTS_NEAR else None
+
+
+_UPPER = [JOINT_NAMES.index(name) for name in ("head", "neck")]
 
 
 def _n_inside(camera: Camera, joints: NDArray[np.float64], border: float) -> int:

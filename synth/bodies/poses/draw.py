@@ -11,12 +11,15 @@ from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.families import PoseFamily, family_named
 from synth.bodies.poses.hands import HandTargets
 from synth.bodies.poses.lap import lay_hands_in_lap, relax_seated_arms
+from synth.bodies.poses.recorded import Recorded, pose_as_recorded
 from synth.bodies.poses.sit import Sitting, seat_height_of, sit
-from synth.bodies.poses.stand import hang_arm
+from synth.bodies.poses.stand import hang_arm, stand_upright
 from synth.bodies.rig.collision import self_collides
 
 N_BASE_TRIES = 6
 N_ARM_TRIES = 8
+N_RECORDED_TRIES = 12
+"""Draws from the model of recorded life before a plain pose is taken."""
 N_CROSSED_TRIES = 4
 """Tries at crossed arms for hands that find no room on the lap."""
 SEAT_HEIGHTS = (0.05, 1.5)
@@ -46,6 +49,8 @@ def draw_base(
     """
     kind = family_named(family) if isinstance(family, str) else family
     height = _checked_seat(kind, body, seat_height)
+    if isinstance(kind.base, Recorded):
+        return _recorded_base(kind, kind.base, body, rng, height)
     for attempt in range(N_BASE_TRIES):
         draft = Draft(body)
         _set_base(draft, rng, 1.0 - attempt / N_BASE_TRIES, kind, height)
@@ -55,6 +60,20 @@ def draw_base(
         if excess <= 0.0:
             break
     return pose
+
+
+def _recorded_base(
+    kind: PoseFamily, base: Recorded, body: Body, rng: np.random.Generator, seat_height: float
+) -> Pose:
+    """A pose out of the model, or a plain one with relaxed arms if none of the draws can be put down."""
+    seat = seat_height if base.posture == "sitting" else None
+    for attempt in range(N_RECORDED_TRIES):
+        draft = Draft(body)
+        is_placed = pose_as_recorded(draft, rng, 1.0 - 0.7 * attempt / N_RECORDED_TRIES, base, seat)
+        if is_placed and draft.excess() <= 0.0:
+            return draft.pose(kind.name)
+    plain = PoseFamily(kind.name, "none", 1.0, Sitting() if seat else stand_upright, kind.arms)
+    return draw_base(plain, body, rng, seat)
 
 
 def _checked_seat(kind: PoseFamily, body: Body, seat_height: float | None) -> float:
@@ -68,6 +87,7 @@ def _checked_seat(kind: PoseFamily, body: Body, seat_height: float | None) -> fl
 
 
 def _set_base(draft: Draft, rng: np.random.Generator, wild: float, kind: PoseFamily, seat_height: float) -> None:
+    assert not isinstance(kind.base, Recorded)
     if not isinstance(kind.base, Sitting):
         kind.base(draft, rng, wild)
         for side in "lr":

@@ -31,6 +31,51 @@ def stand_exercising(draft: Draft, rng: np.random.Generator, wild: float) -> Non
     look_about(draft, rng, 1.3 * wild)
 
 
+def stand_stooped(draft: Draft, rng: np.random.Generator, wild: float) -> None:
+    """Bends down far or a little, twisted, with one foot before the other and the knees straight to deeply bent."""
+    much = float(rng.uniform(0.2, 1.0))
+    draft.turn_root(roll=wild * float(rng.normal(0, 5)), pitch=10 + 65 * much, yaw=wild * float(rng.normal(0, 6)))
+    draft.set(lumbar_flexion=5 + 35 * much, thorax_flexion=float(rng.uniform(0, 30)) * much)
+    draft.jitter(rng, 6 * wild, TRUNK_HINGES)
+    top = draft.point("neck_flexion") - draft.T_world_root[:3, 3]
+    _plant_apart(draft, rng, wild, 0.35 * float(top[0]), 0.1, float(rng.beta(0.8, 2.0)) * 0.45)
+    look_about(draft, rng, 1.3 * wild, pitch=float(rng.uniform(0, 70)))
+
+
+def squat(draft: Draft, rng: np.random.Generator, wild: float) -> None:
+    """Knees deeply bent, the soles on the floor, the trunk leaning forward for balance."""
+    bend = float(rng.uniform(0.15, 0.45))
+    draft.turn_root(roll=wild * float(rng.normal(0, 3)), pitch=30 * bend + float(rng.uniform(5, 30)))
+    draft.set(lumbar_flexion=float(rng.uniform(0, 30)), thorax_flexion=float(rng.uniform(0, 20)))
+    draft.jitter(rng, 5 * wild, TRUNK_HINGES)
+    _plant_apart(draft, rng, wild, float(rng.uniform(0.0, 0.2)) * draft.marks.leg * bend, 0.12, bend)
+    look_about(draft, rng, 1.3 * wild, pitch=float(rng.uniform(-5, 30)))
+
+
+def _plant_apart(
+    draft: Draft, rng: np.random.Generator, wild: float, forward: float, wide: float, bend: float
+) -> None:
+    """Puts both soles on the floor, each at a place of its own.
+
+    Args:
+        draft: Root rotation and trunk are set.
+        rng: Random draws.
+        wild: Scale of the variation.
+        forward: x of the feet from the root [m].
+        wide: Mean of how much farther apart than the hips each foot is, as a share of the leg.
+        bend: How much the hips come down by bent knees, as a share of the leg.
+    """
+    leg, half = draft.marks.leg, abs(float(draft.point("l_hip_flexion")[1]))
+    feet = {}
+    for side in "lr":
+        out = float(rng.uniform(0, 30)) * wild
+        y = half + wild * leg * wide * float(rng.uniform(-0.3, 2.0))
+        feet[side] = (forward + wild * leg * float(rng.normal(0, 0.09)), SIGN[side] * y, SIGN[side] * out)
+        draft.set(f"{side}_", hip_flexion=5 + 90 * bend, knee_flexion=6 + 180 * bend, hip_rotation=-0.8 * out)
+    draft.T_world_root[2, 3] = root_height(draft, feet, 1.0 - bend - float(rng.uniform(0.0005, 0.004)))
+    plant_feet(draft, feet)
+
+
 def _stand_wide(draft: Draft, rng: np.random.Generator, wild: float) -> None:
     """Both soles on the floor, apart to the sides or one before the other; knees straight to deeply bent."""
     leg = draft.marks.leg

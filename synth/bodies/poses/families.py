@@ -6,15 +6,16 @@ from typing import Literal
 
 import numpy as np
 
+from synth.bodies.life.model import Posture
 from synth.bodies.poses import arms, exercise, table
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.hands import HandTargets
+from synth.bodies.poses.recorded import Recorded
 from synth.bodies.poses.sit import Range, Sitting, TrunkRanges
 from synth.bodies.poses.stand import stand_bent, stand_leaning_to_push, stand_upright, walk
 
-Posture = Literal["standing", "sitting"]
 Context = Literal["none", "table", "laptop_table", "laptop_lap", "stroller"]
-Occasion = Literal["daily", "exercise"]
+Occasion = Literal["daily", "exercise", "life"]
 StandingBase = Callable[[Draft, np.random.Generator, float], None]
 """Sets trunk, head and legs of someone who stands; the number scales the variation, 1 as in life."""
 Arms = Callable[[Draft, np.random.Generator, HandTargets | None], bool]
@@ -29,21 +30,23 @@ class PoseFamily:
         name: Key in `FAMILIES`.
         context: What the scene must offer the hands; "none" needs nothing.
         weight: How often it is drawn, relative to the others of its posture, context and occasion.
-        base: What draws trunk, head and legs of who stands, or how people sit.
+        base: What draws trunk, head and legs of who stands, how people sit, or which recorded poses they take.
         arms: What draws the arms.
-        occasion: "exercise" is drawn only where a scene's settings ask for it.
+        occasion: "exercise" and "life" (wider than "daily") are drawn only where a scene's settings ask for it.
     """
 
     name: str
     context: Context
     weight: float
-    base: StandingBase | Sitting
+    base: StandingBase | Sitting | Recorded
     arms: Arms
     occasion: Occasion = "daily"
 
     @property
     def posture(self) -> Posture:
         """Whether the feet or a seat carry the person."""
+        if isinstance(self.base, Recorded):
+            return self.base.posture
         return "sitting" if isinstance(self.base, Sitting) else "standing"
 
 
@@ -51,6 +54,16 @@ _UPRIGHT = Sitting()
 _CROSSED = Sitting(apart=(0.0, 5.0), forward=(-0.25, 0.1), are_legs_crossed=True, n_skipped=1)
 _SLOUCHING = Sitting(
     (TrunkRanges((-38.0, -24.0), (14.0, 30.0), (8.0, 20.0), look=(0.0, 25.0)),), forward=(0.15, 0.55), n_skipped=1
+)
+_AT_EASE = Sitting(
+    (
+        TrunkRanges((-25.0, 0.0), (2.0, 18.0), (-5.0, 14.0), look=(-10.0, 25.0)),
+        TrunkRanges((-8.0, 35.0), (4.0, 36.0), (2.0, 26.0), aside=(0.0, 12.0), look=(-5.0, 40.0)),
+        TrunkRanges((-36.0, -18.0), (-6.0, 14.0), (-6.0, 8.0), aside=(0.0, 18.0), look=(-10.0, 15.0)),
+    ),
+    apart=(0.0, 24.0),
+    forward=(-0.3, 0.5),
+    unlike=1.0,
 )
 _LEANING = Sitting(
     (
@@ -91,10 +104,17 @@ _ROWS: tuple[PoseFamily, ...] = (
     PoseFamily("pointing", "none", 1.0, stand_upright, arms.point_out),
     PoseFamily("waving", "none", 0.5, stand_upright, arms.wave),
     PoseFamily("exercising", "none", 1.0, exercise.stand_exercising, exercise.move_arms, "exercise"),
+    PoseFamily("recorded_standing", "none", 8.0, Recorded("standing"), arms.keep_relaxed, "life"),
+    PoseFamily("stretching", "none", 1.0, stand_upright, exercise.move_arms, "life"),
+    PoseFamily("stooping", "none", 1.0, exercise.stand_stooped, arms.bend_arms, "life"),
+    PoseFamily("squatting", "none", 0.8, exercise.squat, exercise.move_arms, "life"),
     PoseFamily("sitting_feet_down", "none", 2.0, _UPRIGHT, arms.sit_idle),
     PoseFamily("sitting_legs_crossed", "none", 1.0, _CROSSED, arms.sit_idle),
     PoseFamily("sitting_leaning", "none", 1.0, _LEANING, arms.sit_leaning),
     PoseFamily("sitting_slouching", "none", 1.0, _SLOUCHING, arms.sit_idle),
+    PoseFamily("recorded_sitting", "none", 5.0, Recorded("sitting"), arms.keep_relaxed, "life"),
+    PoseFamily("sitting_at_ease", "none", 1.0, _AT_EASE, arms.sit_idle, "life"),
+    PoseFamily("sitting_gesturing", "none", 1.0, _AT_EASE, exercise.move_arms, "life"),
     PoseFamily("table_hands", "table", 1.5, _HANDS_ON_TABLE, table.hands_on_table),
     PoseFamily("table_elbows", "table", 1.0, _ON_ELBOWS, table.elbows_on_table),
     PoseFamily("table_writing", "table", 1.0, _BENT_OVER_TABLE, table.write),

@@ -20,6 +20,10 @@ OUT_OF_REACH = 0.04
 """Toes do not stretch for a floor that stays farther off than this [m]."""
 CONTACT = 0.01
 """Skin this near the lowest touches the seat [m]."""
+UNLIKE_SPREAD = 42.0
+"""How much farther out one thigh may point than the other, where legs are unlike [degrees]."""
+UNLIKE_STEP = 0.3
+"""Standard deviation of how far each foot is before its knee, where legs are unlike, as a share of the shank."""
 Range = tuple[float, float]
 
 
@@ -53,6 +57,7 @@ class Sitting:
         are_legs_crossed: Whether one leg is laid over the other, where the thighs let it.
         n_skipped: Random numbers passed over before `forward` is drawn; they keep the poses of a seed what they
             are.
+        unlike: How much the legs differ from each other: 0 near copies, 1 as people sit at ease.
     """
 
     trunk: tuple[TrunkRanges, ...] = (TrunkRanges(),)
@@ -60,6 +65,7 @@ class Sitting:
     forward: Range = (-0.18, 0.3)
     are_legs_crossed: bool = False
     n_skipped: int = 0
+    unlike: float = 0.0
 
 
 def seat_height_of(body: Body) -> float:
@@ -157,6 +163,11 @@ def _draw_feet(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sit
     yaws = {side: SIGN[side] * float(rng.uniform(-2, 1.2 * apart + 4)) for side in "lr"}
     steps = {side: forward + 0.1 * wild * float(rng.normal(0, 0.7)) for side in "lr"}
     spreads = {side: apart + wild * float(rng.normal(0, 2.5)) for side in "lr"}
+    if sitting.unlike > 0.0:
+        for side in "lr":
+            more = sitting.unlike * wild * UNLIKE_SPREAD * float(rng.beta(0.6, 2.2))
+            spreads[side], yaws[side] = spreads[side] + more, yaws[side] + SIGN[side] * more
+            steps[side] += sitting.unlike * wild * UNLIKE_STEP * float(rng.normal())
     return {side: _Foot(spreads[side], steps[side] * draft.marks.shank, yaws[side]) for side in "lr"}
 
 

@@ -7,13 +7,19 @@ from scipy import ndimage
 from synth.bodies.shape.figure import Figure
 from synth.bodies.shape.hair import cover_head
 from synth.bodies.shape.segments import LAYOUT, SEGMENT_IDX, Axes, angles_of, stations_of, table_view
-from synth.bodies.spec import BodySpec
+from synth.bodies.spec import SKIRTS, BodySpec
 
 Array = NDArray[np.float64]
 FOLD_DEPTH = 0.25
 """Folds' standard deviation over the cloth's distance from the skin."""
-SLEEVE_END: dict[str, float] = {"tight": 1.93, "shirt": 0.62, "long_shirt": 1.90, "jacket": 1.97}
+SLEEVE_END: dict[str, float] = {
+    "tight": 1.93, "shirt": 0.62, "long_shirt": 1.90, "jacket": 1.97, "pullover": 1.93,
+}  # fmt: skip
 """Where sleeves end: 0 at the shoulder, 1 at the elbow, 2 at the wrist."""
+SLACK_REACH = 0.35
+"""How far from the elbow slack cloth bags out, on the same scale."""
+STRAIGHT = ("straight", "wide", "coat")
+"""Bottoms whose trousers fall straight from the thigh to a hem of a width of its own."""
 
 
 def step_up(x: Array, low: float, high: float) -> Array:
@@ -57,7 +63,9 @@ def dressed_table(figure: Figure, spec: BodySpec) -> NDArray[np.float32]:
     """
     table = figure.table.astype(np.float64)
     folds = Folds(spec.fold_seed)
-    if spec.bottom not in ("bare", "skirt", "long_skirt"):
+    if spec.bottom in STRAIGHT:
+        put_on_straight_trousers(table, figure.axes, spec, folds)
+    elif spec.bottom not in ("bare", "skirt", "long_skirt"):
         put_on_trousers(table, figure.axes, spec, folds)
     if spec.shoes != "bare":
         put_on_shoes(table, figure, spec)
@@ -72,7 +80,7 @@ def dressed_table(figure: Figure, spec: BodySpec) -> NDArray[np.float32]:
     )  # a skirt hangs from the hips, not from the top
     skirt_table(out, figure.axes, max(spec.bottom_ease, 0.004), spec.skirt_flare)
     table_view(out, "trunk")[:] = table_view(table, "trunk")
-    if spec.bottom in ("skirt", "long_skirt"):
+    if spec.bottom in SKIRTS:
         pleats = folds("skirt", along=5.0, around=0.9)
         depth = np.linspace(1.0, 0.0, len(pleats))[:, None]
         view = table_view(out, "skirt")
@@ -84,7 +92,7 @@ def put_on_top(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
     """Shirt or jacket: it hangs from shoulders and chest, its hem below the waist, sleeves along the arms."""
     ease = spec.top_ease
     trunk, place = table_view(table, "trunk"), stations_of("trunk")[:, None]
-    tucked = spec.bottom in ("skirt", "long_skirt") or spec.top == "tight"
+    tucked = spec.bottom in SKIRTS or spec.top == "tight"
     cover = step_up(place, *((0.7, 1.3) if tucked else (0.25, 0.45))) * step_up(-place, -4.9, -4.4)
     cloth = trunk + ease * (1.0 + folds("trunk")) * cover
     if ease > 0.005:
@@ -105,7 +113,8 @@ def put_on_top(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
     for name, start in (("upper_arm", 0.0), ("forearm", 0.0)):
         at = stations_of(name)[:, None] + start
         sleeve = step_up(-at, -end, -end + 0.06)
-        table_view(table, name)[:] += 0.75 * ease * sleeve * (1.0 + folds(name))
+        slack = spec.slack * np.exp(-(((at - 1.0) / SLACK_REACH) ** 2))
+        table_view(table, name)[:] += (0.75 * ease + slack) * sleeve * (1.0 + folds(name))
 
 
 def bridged(cloth: Array) -> Array:
@@ -139,6 +148,26 @@ def put_on_trousers(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> N
         straight = knee + (hem - knee) * step_up(place, 1.0, 2.0)
         cloth = np.maximum(cloth, straight * (1.0 + 0.12 * folds("shank")))
     shank[:] = np.maximum(shank, cover * cloth)
+
+
+def put_on_straight_trousers(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:
+    """Trousers whose legs narrow or widen from mid-thigh to below the knee, and fall straight from there to the hem."""
+    ease, s = spec.bottom_ease, figure_scale(axes)
+    waist = step_up(-stations_of("trunk")[:, None], -2.1, -1.8)
+    trunk = table_view(table, "trunk")
+    trunk += 0.6 * ease * waist * (1.0 + folds("trunk"))
+    trunk += waist * (bridged(trunk) - trunk)
+    thigh, place = table_view(table, "thigh"), stations_of("thigh")[:, None]
+    thigh += ease * (1.0 + folds("thigh"))
+    start = float(np.interp(1.4, place[:, 0], thigh.mean(axis=1)))
+    hem = 0.5 * s * spec.hem_width
+    # Along the leg: 1.4 above the middle of the thigh, 2 at the knee, 3 at the ankle.
+    for name, at in (("thigh", place), ("shank", stations_of("shank")[:, None] + 1.0)):
+        leg, fold = table_view(table, name), folds(name)
+        tube = start + (hem - start) * step_up(at, 1.4, 2.3)
+        reach = step_up(at, 1.4, 1.55) * step_up(-at, -3.05, -3.0)
+        cloth = np.maximum(leg + ease * (1.0 + fold) * (name == "shank"), tube * (1.0 + 0.12 * fold))
+        leg[:] = np.maximum(leg, reach * cloth)
 
 
 def figure_scale(axes: Axes) -> float:

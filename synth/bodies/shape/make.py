@@ -17,7 +17,7 @@ N_BODY_ROUNDS = 5
 """How often the body's difference from the mean body is averaged over the skin."""
 N_CLOTH_ROUNDS = 3
 """The same for the clothes' thickness, whose hems stay steps."""
-_TEMPLATES = {"skirt": "template_skirt", "long_skirt": "template_long_skirt"}
+_TEMPLATES = {"skirt": "template_skirt", "long_skirt": "template_long_skirt", "coat": "template_skirt"}
 
 
 @njit(cache=True, nogil=True)

@@ -244,3 +244,31 @@ def _smooth(white: NDArray[np.float32], taps: NDArray[np.float32], out: NDArray[
             tap = taps[k]
             for u in range(width):
                 out[v, u] += tap * row[u + k]
+
+
+@njit(cache=True, nogil=True)
+def bridge_pinholes(disparity: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Gives pixels without a return the median of their neighbours, where at least six of the eight have one.
+
+    Args:
+        disparity: (height, width), 0 = no return.
+
+    Returns:
+        (height, width) a new image; what had a return keeps it, and the border stays as it is.
+    """
+    height, width = disparity.shape
+    out = disparity.copy()
+    near = np.empty(8, np.float32)
+    for v in range(1, height - 1):
+        for u in range(1, width - 1):
+            if disparity[v, u] > 0.0:
+                continue
+            n = 0
+            for y in range(v - 1, v + 2):
+                for x in range(u - 1, u + 2):
+                    if disparity[y, x] > 0.0:
+                        near[n] = disparity[y, x]
+                        n += 1
+            if n >= 6:
+                out[v, u] = np.sort(near[:n])[n // 2]
+    return out

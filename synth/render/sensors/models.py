@@ -41,6 +41,20 @@ class Ideal:
         return depth_mm.copy()
 
 
+class RandomSensor:
+    """Another of the known sensors for every image, all alike frequent, "ideal" among them.
+
+    For training: who learns from it is asked about any camera.
+    """
+
+    def measure(
+        self, depth_mm: NDArray[np.uint16], camera: Camera, rng: np.random.Generator
+    ) -> NDArray[np.uint16]:
+        """Draws a sensor and measures with it; see `SensorModel`."""
+        kinds = [name for name in SENSOR_NAMES if name != RANDOM]
+        return sensor(kinds[int(rng.integers(len(kinds)))]).measure(depth_mm, camera, rng)
+
+
 def _structured_light() -> SensorModel:
     from synth.render.sensors.structured_light import StructuredLight
 
@@ -59,15 +73,18 @@ def _active_stereo() -> SensorModel:
     return ActiveStereo()
 
 
+RANDOM = "random"
+"""Name of the sensor that is another one for every image."""
 # The models load numba, which those who only want the names need not wait for.
 _MAKERS: dict[str, Callable[[], SensorModel]] = {
     "ideal": Ideal,
     "kinect_v1": _structured_light,
     "kinect_v2": _time_of_flight,
     "realsense_d435": _active_stereo,
+    RANDOM: RandomSensor,
 }
 SENSOR_NAMES: tuple[str, ...] = tuple(_MAKERS)
-"""Known sensors; "ideal" is first."""
+"""Known sensors; "ideal" is first, "random" last."""
 
 
 def sensor(name: str) -> SensorModel:

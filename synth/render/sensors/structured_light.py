@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from synth.camera import Camera
 from synth.render.sensors.geometry import (
     bend,
+    bridge_pinholes,
     disparity_of,
     drop_unsupported,
     hidden_from_right,
@@ -41,6 +42,8 @@ class StructuredLight:
         lateral_correlation: Smoothing of the wobble of edges [native px].
         window: Radius of the matching window [native px].
         n_support: Samples of a ring of twelve in the window that must lie on the pixel's surface.
+        n_bridged: Rounds in which pixels without a return get one from their neighbours, if at least six of the
+            eight have one: the window is larger than such a hole.
         graze: (mean, spread) of the angle of incidence where returns end [rad].
         depth_range: Depths with a return [m].
         edge: Relative step of depth that counts as an edge.
@@ -53,10 +56,11 @@ class StructuredLight:
     axial: tuple[float, float, float] = (0.0012, 0.0019, 0.4)
     axial_angle: float = 0.0001
     lateral: tuple[float, float] = (0.8, 0.035)
-    axial_correlation: float = 5.0
+    axial_correlation: float = 6.5
     lateral_correlation: float = 2.5
     window: float = 4.0
     n_support: int = 4
+    n_bridged: int = 2
     graze: tuple[float, float] = (math.radians(80.0), math.radians(3.0))
     depth_range: tuple[float, float] = (0.5, 8.0)
     edge: float = 0.03
@@ -79,6 +83,8 @@ class StructuredLight:
         lean = _bend_of(cosine)
         seen = _wobble(lit, lean, (wobble_u, wobble_v), view)
         seen = drop_unsupported(seen, self.window * scale, self.edge, self.n_support)
+        for _ in range(self.n_bridged):
+            seen = bridge_pinholes(seen)
         return _quantize(seen, lean, noise, view)
 
     def _through(self, camera: Camera) -> "_View":

@@ -109,7 +109,8 @@ def test_joined_frames_are_the_corpora_one_after_the_other(toy_corpus, recorded)
 
 
 def test_several_corpora_train_what_a_list_of_their_frames_does(mixed, toy_corpus, recorded):
-    assert learned_the_same(mixed, *(listed((toy_corpus, recorded), split, 12) for split in ("train", "val")))
+    corpora, sensors = (toy_corpus, recorded), ("random", None)
+    assert learned_the_same(mixed, *(listed(corpora, split, 12, sensors) for split in ("train", "val")))
 
 
 def test_the_model_names_its_corpora_in_order_and_counts_frames_of_each(mixed, toy_corpus, recorded):
@@ -161,6 +162,8 @@ def test_the_sensor_measures_generated_frames_alone(toy_corpus, recorded, tmp_pa
     assert sensors_of((recorded, toy_corpus), "kinect_v1") == (None, "kinect_v1")
     assert sensors_of((recorded, toy_corpus), None) == (None, None)
     assert sensors_of((recorded,), "ideal") == ("ideal",)
+    assert sensors_of((recorded,), "random") == (None,)
+    assert sensors_of((recorded, toy_corpus), "random") == (None, "random")
     assert train((toy_corpus, recorded), tmp_path / "m", "--sensor", "kinect_v1") == 0
     told = capsys.readouterr().out
     assert f"the noise of kinect_v1 is not added to the recorded frames of {recorded.path}" in told

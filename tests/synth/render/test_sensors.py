@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.render.presets import CAMERAS
-from synth.render.sensors import SENSOR_NAMES, apply_sensor, sensor
+from synth.render.sensors import RANDOM, SENSOR_NAMES, apply_sensor, sensor
 from synth.render.sensors.geometry import (
+    bridge_pinholes,
     disparity_of,
     drop_unsupported,
     hidden_from_right,
@@ -20,7 +21,8 @@ from synth.render.sensors.stereo import ActiveStereo
 from synth.render.sensors.structured_light import StructuredLight
 from synth.render.sensors.time_of_flight import TimeOfFlight
 
-REAL = [name for name in SENSOR_NAMES if name != "ideal"]
+SENSOR_CLASSES = [name for name in SENSOR_NAMES if name != RANDOM]
+REAL = [name for name in SENSOR_NAMES if name not in ("ideal", RANDOM)]
 OWN_CAMERA = {
     "ideal": CAMERAS["kinect_v2"],
     "kinect_v1": CAMERAS["kinect_v1"],
@@ -88,12 +90,39 @@ def test_tiny_images_and_empty_ones_stay_what_they_are(name: str, size: tuple[in
     assert np.all((wall == 0) | (np.abs(wall.astype(int) - 2000) < 400))
 
 
-@pytest.mark.parametrize("name", SENSOR_NAMES)
+@pytest.mark.parametrize("name", SENSOR_CLASSES)
 @pytest.mark.parametrize("value", [1, 40, 65535])
 def test_depths_out_of_range_read_zero_or_stay(name: str, value: int) -> None:
     clean = np.full((SMALL.height, SMALL.width), value, np.uint16)
     out = apply_sensor(name, clean, SMALL, np.random.default_rng(0))
     assert np.all(out == (clean if name == "ideal" else 0))
+
+
+def test_a_random_sensor_is_one_of_the_others_drawn_from_the_generator() -> None:
+    clean, found = room(SMALL), set()
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        out = apply_sensor(RANDOM, clean, SMALL, rng)
+        again = np.random.default_rng(seed)
+        name = SENSOR_CLASSES[int(again.integers(len(SENSOR_CLASSES)))]
+        assert np.array_equal(out, apply_sensor(name, clean, SMALL, again))
+        found.add(name)
+    assert found == set(SENSOR_CLASSES)
+
+
+def test_pinholes_are_bridged_and_nothing_else_is() -> None:
+    rng = np.random.default_rng(4)
+    disparity = np.where(rng.random((40, 50)) < 0.12, 0.0, rng.uniform(5.0, 6.0, (40, 50))).astype(np.float32)
+    disparity[10:20, 10:20] = 0.0
+    out = bridge_pinholes(disparity)
+    for v in range(40):
+        for u in range(50):
+            around = disparity[max(v - 1, 0) : v + 2, max(u - 1, 0) : u + 2]
+            lit = np.sort(around[around > 0.0])
+            is_inside = 0 < v < 39 and 0 < u < 49
+            is_hole = is_inside and disparity[v, u] == 0.0 and len(lit) >= 6
+            assert out[v, u] == (lit[len(lit) // 2] if is_hole else disparity[v, u])
+    assert (out > 0.0).sum() > (disparity > 0.0).sum()
 
 
 def test_bad_input_gets_one_clear_error() -> None:

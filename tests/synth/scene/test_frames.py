@@ -57,7 +57,8 @@ def test_joints_lie_near_the_surface_that_is_seen_over_them(frames: list[Frame])
         for k in np.flatnonzero(frame.joint_state == 0):
             u, v = uv[k]
             if IS_PART_OF_JOINT[k, frame.part[v, u]]:
-                assert -0.30 < frame.depth[v, u] / 1000.0 - frame.joints[k, 2] < 0.10
+                # A thigh that points at the camera hides its hip that far behind it.
+                assert -0.45 < frame.depth[v, u] / 1000.0 - frame.joints[k, 2] < 0.10
 
 
 def test_a_frame_is_made_alone_to_the_byte(frames: list[Frame]) -> None:

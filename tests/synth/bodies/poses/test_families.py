@@ -6,7 +6,7 @@ import pytest
 from synth.bodies.body import Body
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.draw import draw_arms, draw_base
-from synth.bodies.poses.families import FAMILIES, Context, PoseFamily, Posture, families_for
+from synth.bodies.poses.families import FAMILIES, Context, Occasion, PoseFamily, Posture, families_for
 from synth.bodies.poses.sit import Sitting, TrunkRanges
 from synth.bodies.shape.make import make_body
 from synth.bodies.spec import BodySpec
@@ -19,7 +19,7 @@ def body() -> Body:
 
 
 def test_every_family_is_drawn_for_one_posture_context_and_occasion() -> None:
-    occasions = ("daily", "exercise")
+    occasions = get_args(Occasion)
     groups = [
         families_for(posture, context, occasion)
         for posture in get_args(Posture)
@@ -31,8 +31,9 @@ def test_every_family_is_drawn_for_one_posture_context_and_occasion() -> None:
     assert all(family.weight > 0.0 for family in FAMILIES.values())
 
 
-def test_only_exercise_is_left_out_of_daily_life() -> None:
+def test_only_what_settings_ask_for_is_left_out_of_daily_life() -> None:
     assert [family.name for family in families_for("standing", occasion="exercise")] == ["exercising"]
+    assert {family.posture for family in FAMILIES.values() if family.occasion == "life"} == set(get_args(Posture))
     assert all(family.occasion == "daily" for family in families_for("standing"))
 
 

@@ -1,0 +1,1 @@
+"""How people hold themselves in recorded life: distributions of joint angles, and how many poses draws come near."""
