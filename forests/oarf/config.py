@@ -36,7 +36,7 @@ class OARFConfig:
     leaf_bandwidth_m: float = 0.05
     n_leaf_votes: int = 2
     n_voting_pixels: int = 500
-    learn_skeleton: bool = False
+    learn_skeleton: bool = True
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
     def __post_init__(self) -> None:

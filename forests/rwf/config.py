@@ -71,7 +71,7 @@ class RWFConfig:
     bandwidth_m: float = 0.1
     n_proposals: int = 6
     limb_share: float = 0.01
-    learn_skeleton: bool = False
+    learn_skeleton: bool = True
     growth: GrowthConfig = field(
         default_factory=lambda: GrowthConfig(
             max_depth=18,

@@ -174,12 +174,17 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
 
 
 def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
-    """Settings of every kind of model out of a file's tables; those left out keep their defaults."""
+    """Settings of every kind of model out of a file's tables.
+
+    Those left out keep their defaults, but that each joint is found on its own, as by the forests of the paper.
+    """
     wrong = [name for name, table in tables.items() if not isinstance(table, Mapping)]
     if wrong:
         raise UserError(f"{where}.{wrong[0]}={tables[wrong[0]]!r} must be a table")
     return {
-        name: from_table(kind.config_class(), tables.get(name, {}), f"{where}.{name}")  # type: ignore[arg-type]
+        name: from_table(
+            kind.config_class(), {"learn_skeleton": False} | dict(tables.get(name, {})), f"{where}.{name}"
+        )
         for name, kind in KINDS.items()
     }
 

@@ -190,14 +190,20 @@ def models_of(config: AblationConfig) -> Mapping[str, Any]:
 
 def _ask_skeletons(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """The same forests, told to learn one skeleton out of their proposals, and with each joint on its own."""
-    models = {name: replace(settings, learn_skeleton=True) for name, settings in models_of(config).items()}
-    for learned in (replace(config, models=models), config):
-        settings = {"is_one_skeleton": learned is not config}
-        yield _condition(learned, "skeletons", settings, rows=config.rows)
+    for is_one in (True, False):
+        settings = {"is_one_skeleton": is_one}
+        yield _condition(_learning_skeletons(config, is_one), "skeletons", settings, rows=config.rows)
+
+
+def _learning_skeletons(config: AblationConfig, is_one: bool) -> AblationConfig:
+    """The same ablation with models that make, or do not make, one skeleton of their proposals."""
+    models = {name: replace(settings, learn_skeleton=is_one) for name, settings in models_of(config).items()}
+    return replace(config, models=models)
 
 
 def _ask_oracles(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """The semantic forest, told nothing but depth, and told one truth after the other, in training and in test."""
+    config = _learning_skeletons(config, False)
     scorings: dict[Told | None, tuple[ScoringJob, ...]] = {}
     for truth in (None, *get_args(Told)):
         settings = {"told": truth or "nothing"}

@@ -17,6 +17,7 @@ from forests.records import to_json
 CAMERA = Intrinsics(60.0, 62.0, 31.5, 23.5)
 LABELS = LabelTable(("head", "trunk"), ("table", "box"), ("head", "hand"))
 CONFIG = OARFConfig(
+    learn_skeleton=False,
     n_trees=2,
     n_pixels=60,
     n_occluder_pixels=60,

@@ -21,6 +21,7 @@ from forests.oarf.train import train
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 LABELS = LabelTable(("head", "trunk", "leg"), ("table", "box"), ("head", "trunk", "foot"))
 CONFIG = OARFConfig(
+    learn_skeleton=False,
     n_trees=2,
     n_pixels=150,
     n_occluder_pixels=100,

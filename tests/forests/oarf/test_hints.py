@@ -20,6 +20,7 @@ from tests import reference_forests_growing as reference
 CAMERA = Intrinsics(60.0, 62.0, 31.5, 23.5)
 LABELS = LabelTable(("left", "right"), ("table", "box"), ("head", "hand"))
 CONFIG = OARFConfig(
+    learn_skeleton=False,
     n_trees=2,
     n_pixels=80,
     n_occluder_pixels=80,

@@ -18,6 +18,7 @@ from forests.rwf.train import train
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 LABELS = LabelTable(("body",), ("table",), ("head", "neck", "foot"))
 CONFIG = RWFConfig(
+    learn_skeleton=False,
     skeleton=(("neck", ""), ("head", "neck"), ("foot", "neck")),
     box_joints=("head", "neck"),
     n_points=60,

@@ -24,6 +24,7 @@ from pipelines.predicting.skeleton import joint_values
 from synth.vocabulary import JOINT_NAMES, N_JOINTS, PART
 
 CONFIG = OARFConfig(
+    learn_skeleton=False,
     n_trees=1, n_pixels=60, n_occluder_pixels=60, n_voting_pixels=100,
     growth=GrowthConfig(max_depth=6, n_candidates=20),
 )  # fmt: skip
