@@ -181,12 +181,11 @@ def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
     wrong = [name for name, table in tables.items() if not isinstance(table, Mapping)]
     if wrong:
         raise UserError(f"{where}.{wrong[0]}={tables[wrong[0]]!r} must be a table")
-    return {
-        name: from_table(
-            kind.config_class(), {"learn_skeleton": False} | dict(tables.get(name, {})), f"{where}.{name}"
-        )
-        for name, kind in KINDS.items()
-    }
+    models = {}
+    for name, kind in KINDS.items():
+        table: Mapping[str, object] = tables.get(name, {})  # type: ignore[assignment]
+        models[name] = from_table(kind.config_class(), {"learn_skeleton": False, **table}, f"{where}.{name}")
+    return models
 
 
 def asked(
