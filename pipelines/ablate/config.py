@@ -181,7 +181,7 @@ def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
     wrong = [name for name, table in tables.items() if not isinstance(table, Mapping)]
     if wrong:
         raise UserError(f"{where}.{wrong[0]}={tables[wrong[0]]!r} must be a table")
-    models = {}
+    models: dict[str, ModelConfig] = {}
     for name, kind in KINDS.items():
         table: Mapping[str, object] = tables.get(name, {})  # type: ignore[assignment]
         models[name] = from_table(kind.config_class(), {"learn_skeleton": False, **table}, f"{where}.{name}")
