@@ -48,7 +48,12 @@ def trained(corpus: Corpus, n_frames: int) -> OARFModel:
     training, validation = (CorpusFrames(corpus, corpus.split(name)) for name in ("train", "val"))
     some = FrameSubset(training, tuple(range(0, len(training), max(1, len(training) // n_frames))))
     few = FrameSubset(validation, tuple(range(0, len(validation), max(1, len(validation) // 60))))
-    return train(some, OARFConfig(growth=replace(GrowthConfig(), n_candidates=300)), validation=few, n_threads=2)
+    return train(
+        some,
+        OARFConfig(learn_skeleton=False, growth=replace(GrowthConfig(), n_candidates=300)),
+        validation=few,
+        n_threads=2,
+    )
 
 
 def share_within(predictor: Predictor, frames: Iterable[DepthFrame], n_pixels: int) -> float:

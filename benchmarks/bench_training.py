@@ -21,6 +21,7 @@ from forests.oarf import train
 from forests.oarf.config import OARFConfig
 from forests.oarf.storage import save_model
 from forests.samples import gather
+from pipelines.ablate.config import paper_scenes
 from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.sequence import CorpusFrames
@@ -57,7 +58,7 @@ def paper_corpus(folder: Path) -> Path:
     """A corpus of the paper's size, with validation frames between."""
     settings = GenerateSettings(folder, frames=sum(PAPER_SPLITS), seed=2015, workers=2)
     splits = dict(zip(("train", "val", "test"), map(float, PAPER_SPLITS), strict=True))
-    scene = replace(settings.scene, splits=replace(settings.scene.splits, **splits))
+    scene = replace(paper_scenes(), splits=replace(settings.scene.splits, **splits))
     write_shown(folder, replace(settings, scene=scene).order(), settings.workers)
     return folder
 
@@ -65,7 +66,9 @@ def paper_corpus(folder: Path) -> Path:
 def compile_all(frames: CorpusFrames, validation: CorpusFrames, mode: str) -> float:
     """Seconds that a tiny training takes, nearly all of it compilation (or reading the compiled code)."""
     start = time.perf_counter()
-    config = OARFConfig(mode, n_trees=1, n_pixels=50, growth=GrowthConfig(max_depth=3, n_candidates=150))
+    config = OARFConfig(
+        mode, n_trees=1, n_pixels=50, learn_skeleton=False, growth=GrowthConfig(max_depth=3, n_candidates=150)
+    )
     train.train(FrameSubset(frames, (0, 1, 2)), config, validation=FrameSubset(validation, (0, 1)))
     return time.perf_counter() - start
 
@@ -94,7 +97,7 @@ def run(corpus: Corpus, options: argparse.Namespace) -> None:
     if options.frames:
         frames = replace(frames, indices=frames.indices[: options.frames])
     print(f"compilation {compile_all(frames, validation, options.mode):.1f} s")
-    config = OARFConfig(options.mode, n_trees=options.trees)
+    config = OARFConfig(options.mode, n_trees=options.trees, learn_skeleton=False)
     limit = int(options.crops_in_memory * 2**30)
     train.gather = lambda *given, **named: gather(*given, **named, max_bytes_in_memory=limit)
     start, cpu = time.perf_counter(), time.process_time()

@@ -200,7 +200,12 @@ def main() -> None:
         else:
             begun, cpu = time.perf_counter(), time.process_time()
             training = CorpusFrames(corpus, corpus.split("train"))
-            model = train(training, RWFConfig(), validation=CorpusFrames(corpus, corpus.split("val")), n_threads=2)
+            model = train(
+                training,
+                RWFConfig(learn_skeleton=False),
+                validation=CorpusFrames(corpus, corpus.split("val")),
+                n_threads=2,
+            )
             print(
                 f"trained on {len(training)} frames in {time.perf_counter() - begun:.0f} s, "
                 f"{time.process_time() - cpu:.0f} CPU s"
