@@ -112,3 +112,6 @@ def hypotheses_of(sectors: np.ndarray, angle: np.ndarray, probability: np.ndarra
         for beside in range(-N_BESIDE, N_BESIDE + 1):
             is_free[(best + beside) % N_SECTORS] = False
         angle[k], probability[k] = math.atan2(sin, cos), total
+    if probability[1] > probability[0]:
+        angle[0], angle[1] = angle[1], angle[0]
+        probability[0], probability[1] = probability[1], probability[0]

@@ -1,13 +1,15 @@
 """Learned skeletons: what they gain on a forest with known faults, left for right, storage, what is not there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from forests.estimate import JointEstimate
-from forests.frames import DepthFrame, Intrinsics, is_known
+from forests.frames import DepthFrame, FrameBatch, Intrinsics, LabelTable, is_known
 from forests.skeleton import proposal
-from forests.skeleton.answers import Answers, Truth, cut_frame, edges_of
-from forests.skeleton.decoded import decoded
+from forests.skeleton.answers import Answers, Truth, View, answers_of, cut_frame, edges_of
+from forests.skeleton.decoded import LEAST_THOUGHT, decoded, decoded_facing, headings_of
 from forests.skeleton.heading import facings_of
 from forests.skeleton.learn import decode_all, headings_of_all, is_outside, learn_proposals, settled
 from forests.skeleton.proposal import mirrored, mirrored_answers
@@ -109,6 +111,75 @@ def test_headings_are_learned_and_those_of_mirrored_frames_are_mirrored(model, l
     assert np.median(apart) < np.radians(45)
     there = headings_of_all(model, mirrored_answers(bare, model.prior.mirror))
     np.testing.assert_allclose(np.cos(there + headings), 1.0, atol=1e-5)
+
+
+def test_the_likeliest_heading_is_answered_and_the_second_kept_if_it_is_worth_it(model, lessons):
+    answers, _ = lessons[2]
+    n_alternatives = 0
+    for k in range(40):
+        asked = []
+
+        def ask(heading, k=k, asked=asked):
+            asked.append(heading)
+            return replace(estimate_of(answers, k), heading=heading)
+
+        given = decoded_facing(model, ask, SHAPE, 3)
+        first, second = headings_of(model, replace(estimate_of(answers, k), heading=np.nan), SHAPE)
+        assert np.isnan(asked[0])
+        assert given.heading == asked[1] == first.angle
+        assert given.heading_probability == first.probability >= second.probability
+        assert (given.alternative is not None) == (second.probability >= LEAST_THOUGHT)
+        if given.alternative is not None:
+            n_alternatives += 1
+            assert given.alternative.heading == second.angle
+            assert abs(np.cos(first.angle - second.angle)) <= 1
+    assert n_alternatives > 0
+
+
+def test_images_without_a_person_are_told_from_those_with_one(lessons):
+    training, (answers, truth), (other, _) = lessons
+    rng = np.random.default_rng(3)
+
+    def deserted(given):
+        share = rng.uniform(0.0, 0.5, len(given.body_share)).astype(np.float32)
+        return given._replace(confidence=0.1 * given.confidence, within=0.3 * given.within, body_share=share)
+
+    bare = learn_proposals(NAMES, training[1].joints, None, 0)
+    model = settled(bare, (answers, truth), (answers, truth), (deserted(answers), truth))
+    assert np.isnan(learn_skeleton(training[1].joints, None, (answers, truth)).person_weights).all()
+    for given, is_person in ((other, True), (deserted(other), False)):
+        said = [decoded(model, estimate_of(given, k), SHAPE, 1).person_probability > 0.5 for k in range(50)]
+        assert np.mean(said) == pytest.approx(float(is_person), abs=0.1)
+
+
+def test_forests_are_shown_frames_whole_cut_or_without_the_person():
+    rng = np.random.default_rng(4)
+    joints = bodies(rng, 1)[0]
+    label = np.zeros(SHAPE, np.uint8)
+    label[10:100, 40:120], label[60:100, 40:120] = 1, 3
+    depth = np.where(label > 0, 3000, 0).astype(np.uint16)
+    labels = LabelTable(("head", "trunk"), ("table",), NAMES)
+    frames = FrameBatch(depth[None], label[None], joints[None], CAMERA, labels)
+    seen = []
+
+    def ask(frame, heading):
+        seen.append((frame.depth, heading))
+        n = len(NAMES)
+        nothing = np.zeros((n, 1), np.float32)
+        return JointEstimate(joints[:, None], nothing, nothing[:, 0], nothing[:, 0], nothing[:, 0], CAMERA)
+
+    headings = np.float32([0.5])
+    for view in (View(), View(is_cut=True), View(is_deserted=True), View(headings=headings)):
+        answers, truth = answers_of(ask, frames, view)
+        np.testing.assert_array_equal(truth.joints[0], joints)
+        told = [[np.cos(0.5), np.sin(0.5)]] if view.headings is not None else [[0.0, 0.0]]
+        np.testing.assert_allclose(answers.facing, told, atol=1e-6)
+    whole, cut, deserted, told = seen
+    np.testing.assert_array_equal(whole[0], depth)
+    assert 0 < (cut[0] > 0).sum() < (depth > 0).sum()
+    np.testing.assert_array_equal(deserted[0], depth * (label == 3))
+    assert told[1] == 0.5
+    assert np.isnan([each[1] for each in (whole, cut, deserted)]).all()
 
 
 def test_every_limb_is_as_long_as_one_that_was_seen(model, lessons):

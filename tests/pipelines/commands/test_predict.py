@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -20,7 +21,7 @@ from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing import palette
 from pipelines.drawing.labels import PixelLabels, label_colours
 from pipelines.drawing.overlays import PANEL_HEIGHT, overlay
-from pipelines.predicting.skeleton import joint_values
+from pipelines.predicting.skeleton import body_values, joint_values
 from synth.vocabulary import JOINT_NAMES, N_JOINTS, PART
 
 CONFIG = OARFConfig(
@@ -226,6 +227,40 @@ def test_a_joint_that_was_not_found_is_null():
     values = joint_values(estimate_of((np.nan,) * 3, np.nan), JOINT_NAMES)["head"]
     assert values["xyz"] is values["uv"] is values["hidden_probability"] is None
     assert values["proposals"] == []
+
+
+def test_the_person_and_the_other_heading_are_told():
+    other = replace(estimate_of((0.1, 0, 2), 0.1), heading=-2.5, heading_probability=0.2)
+    estimate = replace(
+        estimate_of((0, 0, 2), 0.1),
+        heading=0.25,
+        heading_probability=0.7,
+        person_probability=0.9,
+        alternative=other,
+    )
+    values = body_values(estimate, JOINT_NAMES)
+    assert (values["heading"], values["heading_probability"], values["person_probability"]) == (0.25, 0.7, 0.9)
+    assert values["alternative"]["heading"] == -2.5
+    assert values["alternative"]["joints"]["head"] == [0.1, 0.0, 2.0]
+    assert values["joints"]["head"]["xyz"] == [0.0, 0.0, 2.0]
+    alone = body_values(estimate_of((0, 0, 2), 0.1), JOINT_NAMES)
+    assert alone["heading"] is alone["alternative"] is alone["person_probability"] is None
+
+
+def test_nothing_is_drawn_where_there_is_probably_nobody():
+    depth = np.zeros((48, 64), np.uint16)
+    depth[8:40, 8:56] = 2000
+    somebody = replace(estimate_of((0, 0, 2), 0.1), person_probability=0.6)
+    drawn, bare, empty = (
+        overlay(depth, estimate, JOINT_NAMES)
+        for estimate in (
+            somebody,
+            replace(somebody, person_probability=0.4),
+            estimate_of((np.nan,) * 3, np.nan),
+        )
+    )
+    assert (drawn != empty).any()
+    np.testing.assert_array_equal(bare, empty)
 
 
 def test_hidden_joints_are_hollow():
