@@ -123,7 +123,8 @@ def test_records_that_do_not_tell_are_refused(recorded, told, changes, message):
 def test_an_oracle_is_told_when_it_is_scored_and_refused_elsewhere(toy_corpus, tmp_path, capsys):
     """With what `ablate` does of a training and a scoring, on the toy corpus."""
     growth = GrowthConfig(max_depth=4, n_candidates=20, n_finalists=5)
-    config = OARFConfig(n_trees=1, n_pixels=60, n_occluder_pixels=60, n_voting_pixels=50, growth=growth)
+    numbers = {"n_trees": 1, "n_pixels": 60, "n_occluder_pixels": 60, "n_voting_pixels": 50}
+    config = OARFConfig(**numbers, learn_skeleton=False, growth=growth)
     train, val, test = (frames_told(frames_of(toy_corpus, split), "classes") for split in ("train", "val", "test"))
     path = tmp_path / "oracle.safetensors"
     job = scoring(replace(CONFIG, models={**CONFIG.models, "oarf": config}), "semantic", 0)

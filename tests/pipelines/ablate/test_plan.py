@@ -50,8 +50,8 @@ def with_corpus(**changes):
         (replace(CONFIG, n_resamples=10), set()),
         (replace(CONFIG, questions=()), set()),
         (replace(CONFIG, unseen_class="table", noisy_sensor="kinect_v1", tree_counts=(2,)), set()),
-        (with_models(oarf=OARFConfig(mode="baseline")), set()),
-        (with_models(rwf=RWFConfig(layer="body")), set()),
+        (with_models(oarf=OARFConfig(mode="baseline", learn_skeleton=False)), set()),
+        (with_models(rwf=RWFConfig(layer="body", learn_skeleton=False)), set()),
         (replace(CONFIG, sensor="kinect_v2"), {"oarf", "rwf", "rows"}),
         (with_models(oarf=OARFConfig(n_pixels=999)), {"oarf", "rows"}),
         (with_models(oarf=OARFConfig(growth=GrowthConfig(max_depth=19))), {"oarf", "rows"}),
@@ -219,7 +219,11 @@ def test_the_sizes_are_shipped(size, n_train, n_test):
 
 def test_the_papers_size_has_the_papers_forests():
     config = load_config("paper")
-    assert (config.models["oarf"], config.corpus, config.rows) == (OARFConfig(), CorpusConfig(), ROWS)
+    assert (config.models["oarf"], config.corpus, config.rows) == (
+        OARFConfig(learn_skeleton=False),
+        CorpusConfig(),
+        ROWS,
+    )
 
 
 def test_a_file_goes_before_the_size(tmp_path):
