@@ -156,12 +156,17 @@ def main() -> None:
 
 def report(model: OARFModel, frames: Sequence[DepthFrame]) -> None:
     """Prints all figures of one forest."""
-    predictor = Predictor(model)
+    predictor = Predictor(replace(model, skeleton=None))
     print(f"{len(model.trees)} trees, {len(predictor.table.start) - 1} leaves, {len(frames)} frames")
     for n in N_PIXELS:
         us = cpu_us(lambda frame, n=n: predictor.predict(frame.depth, frame.camera, n_pixels=n), frames)
         share = share_within(predictor, frames, n)
         print(f"{n:5} pixels: {us:6.0f} us, {1e6 / us:5.0f} frames/s, {share:.3f} of the joints within 10 cm")
+    if model.skeleton is not None:
+        n, whole = model.config.n_voting_pixels, Predictor(model)
+        us = cpu_us(lambda frame: whole.predict(frame.depth, frame.camera), frames)
+        share = share_within(whole, frames, n)
+        print(f"whole skeletons, {n} pixels: {us:6.0f} us, {1e6 / us:5.0f} frames/s, {share:.3f} within 10 cm")
     print_stages(predictor, frames)
     print_descent(predictor, frames)
     print_closeness(predictor, frames[:12])
