@@ -11,7 +11,7 @@ from forests.skeleton.heading import N_SECTORS, sectors_of
 from forests.skeleton.network import Network, Trainer, ask_network, new_network
 
 N_HIDDEN = 256
-LEAST_STEPS, MOST_STEPS = 6000, 12000
+LEAST_STEPS, MOST_STEPS = 2000, 12000
 """Of training, one for each answer that is learned from, within these bounds."""
 N_BATCH = 128
 RATE = 1e-3
