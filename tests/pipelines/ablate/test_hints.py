@@ -159,6 +159,7 @@ camera = "custom"
 intrinsics = [160, 120, 142.0, 142.0, 79.5, 59.5]
 
 [oarf]
+learn_skeleton = false
 n_trees = 1
 n_pixels = 60
 n_occluder_pixels = 60
