@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 UV ?= $(BIN)/uv
 
-.PHONY: fuzz kill demo test test-fast lint format types contracts check bench lock lowest clean
+.PHONY: fuzz kill demo model test test-fast lint format types contracts check bench lock lowest clean
 
 # make demo REAL=path [LAYOUT=name|file.toml] [CAMERA=preset [FAR=metres]]: skeletons on a folder of recorded depth too.
 # The recipe's shell takes the words from its environment, so that a path may hold spaces.
@@ -12,6 +12,21 @@ export REAL LAYOUT CAMERA FAR
 demo: $(VENV)/.installed
 	$(BIN)/undergrowth demo --out out/demo $(if $(REAL),--real "$$REAL") $(if $(LAYOUT),--layout "$$LAYOUT") \
 		$(if $(CAMERA),--camera "$$CAMERA") $(if $(FAR),--far "$$FAR")
+
+# make model [RECORDED="corpora of recorded frames to score it on too"]: the default forest and its card, in out/model.
+# Stopped and started again, it continues where it was.
+MODEL := out/model
+CPUS := $(shell nproc 2>/dev/null || echo 2)
+model: $(VENV)/.installed
+	mkdir -p $(MODEL)
+	seed=2026; for camera in kinect_v2 kinect_v1_qvga realsense_d435; do \
+		$(BIN)/undergrowth generate $(MODEL)/$$camera --config examples/model.toml --scene.camera $$camera \
+			--seed $$seed --workers $(CPUS) || exit 1; seed=$$((seed + 1)); \
+	done
+	[ -e $(MODEL)/forest.safetensors ] || $(BIN)/undergrowth train oarf $(MODEL)/kinect_v2 $(MODEL)/kinect_v1_qvga \
+		$(MODEL)/realsense_d435 --threads $(CPUS) --out $(MODEL)/forest.safetensors
+	$(BIN)/undergrowth card $(MODEL)/forest.safetensors $(MODEL)/kinect_v2 $(MODEL)/kinect_v1_qvga \
+		$(MODEL)/realsense_d435 $(RECORDED) --threads $(CPUS)
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal

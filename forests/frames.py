@@ -1,11 +1,15 @@
 """What forests eat: depth images with pixel labels and joints, as arrays."""
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+_Result = TypeVar("_Result")
 
 FACT_LIMIT = 2000
 """Greatest value of a fact in `Hints`."""
@@ -236,6 +240,24 @@ class FrameSubset:
 
     def __getitem__(self, index: int) -> DepthFrame:
         return self.frames[self.indices[index]]
+
+
+def in_order(work: Callable[[int], _Result], n: int, n_threads: int) -> Iterator[_Result]:
+    """Results of work on the numbers 0..n-1, in their order; it runs in threads, a little ahead of the reader."""
+    if n_threads == 1:
+        yield from map(work, range(n))
+        return
+    with ThreadPoolExecutor(n_threads) as pool:
+        begun: deque[Future[_Result]] = deque()
+        try:
+            for number in range(n):
+                begun.append(pool.submit(work, number))
+                if len(begun) > 4 * n_threads:
+                    yield begun.popleft().result()
+            while begun:
+                yield begun.popleft().result()
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def is_known(joints: NDArray[np.float32]) -> NDArray[np.bool_]:

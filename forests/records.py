@@ -20,21 +20,23 @@ def _plain(value: Any) -> Any:
 
 
 def from_json(cls: type[T], values: object) -> T:
-    """A dataclass from JSON values, all fields given.
+    """A dataclass from JSON values.
 
     Args:
         cls: The dataclass.
-        values: By field name.
+        values: By field name; those that are missing, as from files of earlier versions, take their defaults.
 
     Raises:
         ValueError: Fields missing, unknown, of another type, or refused by the dataclass.
     """
-    names = [item.name for item in dataclasses.fields(typing.cast("Any", cls))]
-    if not isinstance(values, Mapping) or sorted(values) != sorted(names):
+    items = dataclasses.fields(typing.cast("Any", cls))
+    names = [item.name for item in items]
+    needed = {item.name for item in items if item.default is item.default_factory is dataclasses.MISSING}
+    if not isinstance(values, Mapping) or not needed <= set(values) <= set(names):
         given = ", ".join(map(str, values)) if isinstance(values, Mapping) else type(values).__name__
         raise ValueError(f"{cls.__name__} is ({given}), must be ({', '.join(names)})")
     kinds = typing.get_type_hints(cls)
-    return cls(**{name: _typed(kinds[name], values[name], f"{cls.__name__}.{name}") for name in names})
+    return cls(**{name: _typed(kinds[name], values[name], f"{cls.__name__}.{name}") for name in values})
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:

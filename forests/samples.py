@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from forests.crops import Crops, CropWriter
-from forests.frames import DepthFrame, FrameSequence
+from forests.frames import DepthFrame, FrameSequence, in_order
 from forests.hashing import hash4
 
 Layer = Literal["composite", "body"]
@@ -66,6 +66,7 @@ def gather(
     seed: int,
     max_bytes_in_memory: int = 2**31,
     folder: Path | None = None,
+    n_threads: int = 1,
     on_frame: Callable[[], object] = lambda: None,
 ) -> TrainingSet:
     """Reads every frame once, keeps its crop, and draws pixels from it.
@@ -81,6 +82,7 @@ def gather(
         seed: Of the drawing.
         max_bytes_in_memory: Crops larger than this are mapped from a temporary file.
         folder: Where that file lies; the system's temporary folder if None.
+        n_threads: Threads that read frames; what is gathered does not depend on it.
         on_frame: Called after each frame.
 
     Raises:
@@ -89,8 +91,7 @@ def gather(
     parts: list[Samples] = []
     joints = np.empty((len(frames), frames.labels.n_joints, 3), np.float32)
     with CropWriter(max_bytes_in_memory, folder) as writer:
-        for index in range(len(frames)):
-            frame = frames[index]
+        for index, frame in enumerate(in_order(frames.__getitem__, len(frames), n_threads)):
             depth, label = image_of(frame, layer)
             origin = writer.add(depth, frame.camera, frame.hints if layer == "composite" else None)
             joints[index] = frame.joints

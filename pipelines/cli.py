@@ -57,6 +57,7 @@ COMMANDS = {
     },
     "predict": Command("predict", "PredictSettings", "find the joints in depth images and draw them"),
     "evaluate": Command("evaluate", "EvaluateSettings", "score a model on a corpus"),
+    "card": Command("card", "CardSettings", "write what a model learned from, its scores and its limits"),
     "ablate": Command("ablate", "AblateSettings", "train and compare all methods on the same frames"),
     "report": Command("report", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),

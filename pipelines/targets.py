@@ -13,6 +13,7 @@ _MARKS = {
     ".html": b'<meta name="generator" content="undergrowth">',
     ".json": b'"schema": "undergrowth ',
     ".jsonl": b'"schema":"undergrowth ',
+    ".md": b"<!-- undergrowth model card -->",
 }
 """What files of ours have near their beginning, by kind."""
 
@@ -69,11 +70,11 @@ def check_folder(folder: Path, names: Iterable[str] = ()) -> None:
 
 
 def check_ours(path: Path, kind: str) -> None:
-    """Makes sure that a picture, page or JSON file was written by this program, if it is there.
+    """Makes sure that a picture, page, card or JSON file was written by this program, if it is there.
 
     Args:
         path: The file.
-        kind: ".png", ".html", ".json" or ".jsonl".
+        kind: ".png", ".html", ".json", ".jsonl" or ".md".
 
     Raises:
         UserError: It was not, or a folder has its name.

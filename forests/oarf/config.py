@@ -21,6 +21,8 @@ class OARFConfig:
         seed: Of pixels and features.
         n_pixels: Pixels drawn from the person in a training frame.
         n_occluder_pixels: Pixels drawn from objects in a training frame (not for the baseline).
+        max_samples: Most pixels drawn from all training frames. Of many frames fewer pixels each are drawn, from
+            person and objects in the same ratio.
         leaf_bandwidth_m: b of the leaves' mean shift [m].
         n_leaf_votes: Votes kept a joint in a leaf, for body and for occluder samples each.
         n_voting_pixels: Pixels that vote in a frame.
@@ -36,6 +38,7 @@ class OARFConfig:
     leaf_bandwidth_m: float = 0.05
     n_leaf_votes: int = 2
     n_voting_pixels: int = 500
+    max_samples: int = 5_000_000
     learn_skeleton: bool = True
     growth: GrowthConfig = field(default_factory=GrowthConfig)
 
@@ -44,12 +47,19 @@ class OARFConfig:
             raise ValueError(f"mode {self.mode!r} is unknown; known are {', '.join(get_args(Mode))}")
         check_fields(self, _RANGES)
 
+    def pixels_a_frame(self, n_frames: int) -> tuple[int, int]:
+        """Pixels that are drawn from the person and from the objects in each of so many frames."""
+        n_objects = 0 if self.mode == "baseline" else self.n_occluder_pixels
+        share = min(1.0, self.max_samples / (n_frames * (self.n_pixels + n_objects)))
+        return max(1, int(share * self.n_pixels)), int(share * n_objects)
+
 
 _RANGES = {
     "n_trees": (1, 1000),
     "seed": (0, MAX_SEED),
     "n_pixels": (1, 2**24),
     "n_occluder_pixels": (0, 2**24),
+    "max_samples": (1, 2**31 - 1),
     "leaf_bandwidth_m": (0.001, 1.0),
     "n_leaf_votes": (1, 100),
     "n_voting_pixels": (1, 2**24),

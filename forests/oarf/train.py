@@ -95,7 +95,10 @@ class _Learner:
     @cached_property
     def training(self) -> TrainingSet:
         """Pixels of all frames."""
-        return _gathered(self.frames, self.config, lambda n: self.on_share(_GATHER_SHARE * n / len(self.frames)))
+        n_frames = len(self.frames)
+        return _gathered(
+            self.frames, self.config, self.n_threads, lambda n: self.on_share(_GATHER_SHARE * n / n_frames)
+        )
 
     @cached_property
     def wanted(self) -> NDArray[np.uint8]:
@@ -148,24 +151,26 @@ def _learned_skeleton(
         for number, (tree, leaf) in enumerate(zip(model.trees, leaves, strict=True)):
             grown = regrouped(tree.nodes, tree.leaves.n_leaves, leaf, is_kept[samples.frame])
             trees.append(ForestTree(tree.nodes, learner.leaves_of(grown, number)))
-        return partial(_answers, replace(model, trees=tuple(trees)))
+        return partial(_answers, replace(model, trees=tuple(trees)), learner.n_threads)
 
-    answers = partial(_answers, model)
+    answers = partial(_answers, model, learner.n_threads)
     reads_headings = Predictor(model).reads_headings
     names, seed = model.labels.joints, model.config.seed
     return learn_from_frames(names, learner.frames, validation, train_apart, answers, reads_headings, N_WAYS, seed)
 
 
-def _answers(model: OARFModel, frames: FrameSequence, view: View) -> tuple[Answers, Truth]:
+def _answers(model: OARFModel, n_threads: int, frames: FrameSequence, view: View) -> tuple[Answers, Truth]:
     predictor = Predictor(model)
 
     def ask(frame: DepthFrame, heading: float) -> JointEstimate:
         return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES, heading=heading)
 
-    return answers_of(ask, frames, view)
+    return answers_of(ask, frames, view, n_threads=n_threads)
 
 
-def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[int], object]) -> TrainingSet:
+def _gathered(
+    frames: FrameSequence, config: OARFConfig, n_threads: int, on_frames: Callable[[int], object]
+) -> TrainingSet:
     n_read = 0
 
     def count() -> None:
@@ -174,7 +179,8 @@ def _gathered(frames: FrameSequence, config: OARFConfig, on_frames: Callable[[in
         on_frames(n_read)
 
     layer: Layer = "body" if config.mode == "baseline" else "composite"
-    training = gather(frames, layer, config.n_pixels, config.n_occluder_pixels, config.seed, on_frame=count)
+    n_body, n_objects = config.pixels_a_frame(len(frames))
+    training = gather(frames, layer, n_body, n_objects, config.seed, n_threads=n_threads, on_frame=count)
     if not is_known(training.joints).any():
         raise ValueError(f"none of the {len(frames)} frames knows a joint")
     return training

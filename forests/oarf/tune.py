@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.calibration import WITHIN_M, fit_logistic
-from forests.frames import DepthFrame, FrameSequence, is_known
+from forests.frames import DepthFrame, FrameSequence, in_order, is_known
 from forests.oarf.evidence import TERMS, terms
 from forests.oarf.model import OARFModel, Tuning
 from forests.oarf.peaks import find_peaks
@@ -144,10 +144,8 @@ def _scores(table: VoteTable, voted: _Voted) -> NDArray[np.float64]:
 
 
 def _of_frames(work: Callable[[DepthFrame], _Result], frames: FrameSequence, n_threads: int) -> Iterator[_Result]:
-    """Work on all frames in their order; few are in memory at a time, and one thread reads them."""
-    for first in range(0, len(frames), 8 * n_threads):
-        several = [frames[i] for i in range(first, min(first + 8 * n_threads, len(frames)))]
-        yield from _mapped(work, several, n_threads)
+    """Work on all frames in their order; few are in memory at a time."""
+    return in_order(lambda number: work(frames[number]), len(frames), n_threads)
 
 
 def _mapped(work: Callable[[_Item], _Result], items: Sequence[_Item], n_threads: int) -> list[_Result]:

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
-from forests.frames import DepthFrame, FrameSequence, Pinhole, is_known
+from forests.frames import DepthFrame, FrameSequence, Pinhole, in_order, is_known
 from forests.skeleton.heading import facing_towards
 
 N_CANDIDATES = 6
@@ -84,6 +84,7 @@ def answers_of(
     frames: FrameSequence,
     view: View,
     places: NDArray[np.int32] | None = None,
+    n_threads: int = 1,
 ) -> tuple[Answers, Truth]:
     """Asks a forest about frames.
 
@@ -92,9 +93,10 @@ def answers_of(
         frames: The frames, at least one.
         view: How they are shown.
         places: Of the joints that the forest answers among those of the frames; None = all.
+        n_threads: Frames in work at a time; the answers do not depend on it.
     """
-    answers, joints, hidden = [], [], []
-    for index in range(len(frames)):
+
+    def answer(index: int) -> tuple[tuple[Any, ...], NDArray[np.float32], NDArray[np.bool_]]:
         frame = frames[index]
         edges = edges_of(frame.depth.shape, frame.camera)
         own = frame.joints if places is None else frame.joints[places]
@@ -105,9 +107,10 @@ def answers_of(
         angle = math.nan if view.headings is None else float(view.headings[index])
         said = ask(frame, angle)
         told = (said.proposals, said.proposal_confidence, said.probability, said.hidden_probability, said.spread)
-        answers.append((*told, edges, facing_towards(angle), np.float32(said.body_share)))
-        joints.append(own)
-        hidden.append(frame.is_occluded if places is None else frame.is_occluded[places])
+        is_hidden = frame.is_occluded if places is None else frame.is_occluded[places]
+        return (*told, edges, facing_towards(angle), np.float32(said.body_share)), own, is_hidden
+
+    answers, joints, hidden = zip(*in_order(answer, len(frames), n_threads), strict=True)
     stacked = (np.stack(column).astype(np.float32) for column in zip(*answers, strict=True))
     return Answers(*stacked), Truth(np.stack(joints).astype(np.float32), np.stack(hidden))
 

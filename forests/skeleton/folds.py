@@ -25,6 +25,8 @@ FOLD_SEED = 1000
 HEADING_ERROR, FLIPPED_SHARE = 0.15, 0.02
 """Standard deviation of the headings [rad] that forests are told on training frames, and the share turned round."""
 _HEADING_STREAM = 0x4EAD
+MOST_FRAMES = 10_000
+"""Of more training frames, evenly spread ones are answered."""
 LEAST_FRAMES = 200
 """From fewer training frames no network is learned."""
 
@@ -47,8 +49,8 @@ def answers_across(
 
     Returns:
         Answers and truths, of each fold those on whole frames and then those on cut ones, and the same again with
-        headings about as wrong as estimated ones; None of too few frames, or where the frames of a fold do not tell
-        enough.
+        headings about as wrong as estimated ones (of MOST_FRAMES frames or a few less, if there are more); None of
+        too few frames, or where the frames of a fold do not tell enough.
     """
     n = len(frames)
     if n < LEAST_FRAMES:
@@ -60,7 +62,8 @@ def answers_across(
         answers = train_apart(others, fold)
         if answers is None:
             return None
-        own = FrameSubset(frames, tuple(itertools.chain(*(quarters[k] for k in range(4) if k not in kept))))
+        left = itertools.chain(*(quarters[k] for k in range(4) if k not in kept))
+        own = FrameSubset(frames, tuple(itertools.islice(left, None, None, -(-n // MOST_FRAMES))))
         parts += [answers(own, View()), answers(own, View(is_cut=True))]
         if reads_headings:
             headings = _rough_headings(parts[-2][1].joints, frames.labels.joints, fold)

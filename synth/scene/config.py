@@ -111,8 +111,10 @@ class SceneConfig:
         frames_per_subject: Largest average number of frames that show the same subject.
         frames_per_object: Largest average number of frames that show the same object of a class.
         child_share: Share of subjects under 18 years.
-        stature: Range from which the statures of adults are drawn evenly [m]; the body mass index stays that of
-            the population. By default statures follow the population, in which very tall people are rare.
+        stature: Range from which the statures of some adults are drawn evenly [m]; the body mass index stays that
+            of the population.
+        stature_share: Share of the adults whose stature is drawn from that range. Those of the others follow the
+            population, in which very tall people are rare.
     """
 
     scenes: SceneWeights = field(default_factory=SceneWeights)
@@ -137,7 +139,8 @@ class SceneConfig:
     frames_per_subject: int = 20
     frames_per_object: int = 20
     child_share: float = 0.15
-    stature: tuple[float, float] | None = None
+    stature: tuple[float, float] = (1.5, 2.0)
+    stature_share: float = 0.5
 
     def __post_init__(self) -> None:
         self.make_camera()
@@ -170,5 +173,5 @@ class SceneConfig:
 
 _SHARES = (
     "seated_share", "standing_at_table_share", "exercising_share", "life_share", "unlike_legs", "child_share",
-    "frontal_share", "near_share",
+    "frontal_share", "near_share", "stature_share",
 )  # fmt: skip

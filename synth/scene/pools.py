@@ -115,7 +115,8 @@ class Pools:
         def draw() -> BodySpec:
             rng = np.random.default_rng(stream)
             spec = sample_body(rng, self._config.child_share, self._config.wardrobe)
-            if self._config.stature is None or spec.age < 18.0:
+            share = self._config.stature_share
+            if spec.age < 18.0 or share == 0.0 or (share < 1.0 and rng.random() >= share):
                 return spec
             stature = round(float(rng.uniform(*self._config.stature)), 3)
             return replace(spec, stature=stature, mass=round(spec.mass * (stature / spec.stature) ** 2, 1))

@@ -297,7 +297,7 @@ def test_a_forest_of_any_numbers_is_refused_or_answers(model, path):
     ("change", "message"),
     [
         ({"config": None}, r"OARFConfig is \(NoneType\), must be \(mode, n_trees"),
-        ({"config": {"mode": "semantic"}}, r"OARFConfig is \(mode\)"),
+        ({"config": {"mode": "semantic", "colour": 1}}, r"OARFConfig is \(colour, mode\)"),
         ({"n_trees": "2"}, "OARFConfig.n_trees is '2', must be int"),
         ({"n_trees": True}, "OARFConfig.n_trees is True, must be int"),
         ({"n_trees": 3}, "array left is missing"),
@@ -305,7 +305,7 @@ def test_a_forest_of_any_numbers_is_refused_or_answers(model, path):
         ({"n_leaf_votes": 50}, "array has_vote is uint8"),
         ({"mode": "baseline"}, "array has_class is uint8"),
         ({"mode": ["semantic"]}, "OARFConfig.mode is"),
-        ({"growth": {"max_depth": 3}}, "GrowthConfig is"),
+        ({"growth": {"depth": 3}}, "GrowthConfig is"),
         ({"leaf_bandwidth_m": 10**400}, "too large for a float"),
         ({"labels": {"parts": [], "occluders": [], "joints": []}}, "needs at least one body part"),
         ({"labels": {"parts": [1], "occluders": [], "joints": []}}, "LabelTable.parts is 1, must be str"),
@@ -320,6 +320,13 @@ def test_metadata_that_does_not_fit_is_refused(model, path, change, message):
     write_model(path, "oarf", pack_model(model), metadata)
     with pytest.raises(ModelFileError, match=message):
         load_model(path)
+
+
+def test_settings_that_a_file_of_an_earlier_version_lacks_take_their_defaults(model, path):
+    config = to_json(model.config)
+    del config["max_samples"]
+    write_model(path, "oarf", pack_model(model), {"config": config, "labels": to_json(model.labels)})
+    assert load_model(path).config == model.config
 
 
 def test_metadata_of_a_model_cannot_be_overwritten(model, path):

@@ -5,6 +5,7 @@ import pytest
 
 from forests.crops import NOTHING, CropWriter, crop_image, foreground_box
 from forests.frames import DepthFrame, FrameBatch, FrameSubset, Intrinsics, LabelTable, check_depth
+from forests.oarf.config import OARFConfig
 from forests.samples import draw_pixels, gather, image_of
 
 CAMERA = Intrinsics(60.0, 62.0, 31.5, 23.5)
@@ -82,6 +83,29 @@ def test_body_pixels_seen_in_both_layers_are_drawn_alike():
             assert {tuple(p) for p in drawn_body[is_seen]} <= seen
         assert len(body.samples.frame) == layer_pixels * len(frames)
     assert len(full.samples.frame) == sum((f.body_label > 0).sum() for f in frames)
+
+
+def test_any_number_of_threads_gathers_the_same():
+    frames = batch(9)
+    one, three = (gather(frames, "composite", 40, 20, seed=2, n_threads=n) for n in (1, 3))
+    for a, b in zip(
+        (*one.samples, *one.crops, one.joints), (*three.samples, *three.crops, three.joints), strict=True
+    ):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("mode", ["baseline", "semantic"])
+@pytest.mark.parametrize("n_frames", [1, 100, 2499, 2500, 2501, 30_000, 10**8])
+def test_many_frames_give_fewer_pixels_each(mode, n_frames):
+    config = OARFConfig(mode=mode, n_pixels=1000, n_occluder_pixels=500)
+    body, objects = config.pixels_a_frame(n_frames)
+    assert 1 <= body <= 1000
+    assert objects <= (0 if mode == "baseline" else 500)
+    assert (body + objects) * n_frames <= config.max_samples or (body, objects) == (1, 0)
+    is_full = n_frames * (1000 if mode == "baseline" else 1500) <= config.max_samples
+    assert (body == 1000) == is_full
+    if mode == "semantic" and objects > 20:
+        assert body / objects == pytest.approx(2.0, rel=0.1)
 
 
 def test_pixels_are_drawn_evenly():

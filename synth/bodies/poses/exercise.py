@@ -4,7 +4,7 @@ import numpy as np
 
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.hands import HandTargets
-from synth.bodies.poses.stand import OTHER, SIGN, TRUNK_HINGES, curl_fingers, look_about, plant_feet, root_height
+from synth.bodies.poses.stand import OTHER, SIGN, TRUNK_HINGES, look_about, plant_feet, root_height, shape_hand
 
 ON_ONE_LEG_SHARE = 0.3
 HANGING_SHARE = 0.15
@@ -129,7 +129,7 @@ def move_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
             if rng.random() < HANGING_SHARE:
                 continue
         draft.set(f"{side}_", **angles)
-        curl_fingers(draft, side, rng, float(rng.uniform(0, 60)), float(rng.uniform(5, 50)))
+        shape_hand(draft, side, rng)
     hands = np.concatenate([draft.marks.side[side].hand for side in "lr"])
     return float(draft.skin(hands)[:, 2].min()) >= 0.0
 

@@ -8,7 +8,7 @@ from synth.bodies.life.model import SPREAD, Posture, life_model
 from synth.bodies.poses.draft import Draft
 from synth.bodies.poses.library import FOOT_DOWN, FOOT_FLAT, FOOT_UP
 from synth.bodies.poses.sit import lower_onto_seat, put_foot_down
-from synth.bodies.poses.stand import SIGN, curl_fingers, draft_pitch
+from synth.bodies.poses.stand import SIGN, draft_pitch, shape_hand
 from synth.bodies.rig.ik import Goal, solve_limb
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.skeleton import LINK_IDX
@@ -63,7 +63,7 @@ def pose_as_recorded(
     draft.angles = drawn.angles
     draft.T_world_root[:3, :3] = drawn.R_world_root
     for side in "lr":
-        curl_fingers(draft, side, rng, float(rng.uniform(5, 50)), float(rng.uniform(5, 45)))
+        shape_hand(draft, side, rng)
     is_placed = (
         stand_on_feet(draft, np.array(drawn.feet)) if seat_height is None else sit_on_seat(draft, seat_height)
     )

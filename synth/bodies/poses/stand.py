@@ -10,6 +10,8 @@ TRUNK_HINGES = (
 )  # fmt: skip
 OTHER = {"l": "r", "r": "l"}
 SIGN = {"l": 1.0, "r": -1.0}
+FIST_SHARE, FLAT_SHARE = 0.25, 0.15
+"""How often a hand that holds nothing is a fist or flat; the shares are ours."""
 """Side of the midline that is the person's left or right, in y."""
 
 # Joint angles over one gait cycle at natural cadence, every tenth of the cycle from heel contact [degrees], after
@@ -205,6 +207,17 @@ def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> 
         if float(draft.skin(hand)[:, 2].min()) >= 0.0:
             break
         draft.set(f"{side}_", elbow_flexion=draft.get(f"{side}_elbow_flexion") + 12.0)
+
+
+def shape_hand(draft: Draft, side: str, rng: np.random.Generator) -> None:
+    """Makes a fist, lays the fingers straight, or curls them by any amount, as hands are that hold nothing."""
+    kind = rng.random()
+    if kind < FIST_SHARE:
+        curl_fingers(draft, side, rng, 76, 86, thumb=40)
+    elif kind < FIST_SHARE + FLAT_SHARE:
+        curl_fingers(draft, side, rng, 6, 8)
+    else:
+        curl_fingers(draft, side, rng, float(rng.uniform(0, 60)), float(rng.uniform(5, 50)))
 
 
 def curl_fingers(

@@ -203,6 +203,51 @@ def _drop_unsupported(
                 out[v, u] = 0.0
 
 
+def fill_gaps(disparity: NDArray[np.float32], radius: float, jump: float, n_needed: int) -> NDArray[np.float32]:
+    """Gives pixels the nearer surface that fills their matching window, as between fingers.
+
+    Args:
+        disparity: (height, width) float32 [px], 0 = no return.
+        radius: Radius of the ring of twelve samples [px].
+        jump: Relative difference of disparity that parts two surfaces.
+        n_needed: Samples of the ring, of 12, that must lie nearer.
+
+    Returns:
+        (height, width) float32, a copy in which the gaps have the median disparity of the nearer samples.
+    """
+    out = disparity.copy()
+    offsets = np.rint(_RING * radius).astype(np.int64)
+    _fill_gaps(disparity, offsets, jump, n_needed, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _fill_gaps(
+    disparity: NDArray[np.float32],
+    offsets: NDArray[np.int64],
+    jump: float,
+    n_needed: int,
+    out: NDArray[np.float32],
+) -> None:
+    height, width = disparity.shape
+    n_ring = offsets.shape[0]
+    near = np.empty(n_ring, np.float32)
+    for v in range(height):
+        for u in range(width):
+            d = disparity[v, u]
+            n = 0
+            for k in range(n_ring):
+                x = u + offsets[k, 0]
+                y = v + offsets[k, 1]
+                if 0 <= x < width and 0 <= y < height and disparity[y, x] * (1.0 - jump) > d:
+                    near[n] = disparity[y, x]
+                    n += 1
+                if n + n_ring - 1 - k < n_needed:
+                    break
+            if n >= n_needed:
+                out[v, u] = np.sort(near[:n])[n // 2]
+
+
 def smooth_noise(rng: np.random.Generator, shape: tuple[int, int], sigma: float) -> NDArray[np.float32]:
     """Draws a stationary Gaussian field of unit variance, correlated over a few pixels.
 

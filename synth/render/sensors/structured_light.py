@@ -14,6 +14,7 @@ from synth.render.sensors.geometry import (
     bridge_pinholes,
     disparity_of,
     drop_unsupported,
+    fill_gaps,
     hidden_from_right,
     incidence_cosine,
     is_grazing,
@@ -42,6 +43,7 @@ class StructuredLight:
         lateral_correlation: Smoothing of the wobble of edges [native px].
         window: Radius of the matching window [native px].
         n_support: Samples of a ring of twelve in the window that must lie on the pixel's surface.
+        n_filled: Samples of that ring that must lie on a nearer surface for it to win the pixel, as between fingers.
         n_bridged: Rounds in which pixels without a return get one from their neighbours, if at least six of the
             eight have one: the window is larger than such a hole.
         graze: (mean, spread) of the angle of incidence where returns end [rad].
@@ -60,6 +62,7 @@ class StructuredLight:
     lateral_correlation: float = 2.5
     window: float = 4.0
     n_support: int = 4
+    n_filled: int = 8
     n_bridged: int = 2
     graze: tuple[float, float] = (math.radians(80.0), math.radians(3.0))
     depth_range: tuple[float, float] = (0.5, 8.0)
@@ -82,6 +85,7 @@ class StructuredLight:
         _drop_grazing(lit, cosine, wobble_u, view)
         lean = _bend_of(cosine)
         seen = _wobble(lit, lean, (wobble_u, wobble_v), view)
+        seen = fill_gaps(seen, self.window * scale, self.edge, self.n_filled)
         seen = drop_unsupported(seen, self.window * scale, self.edge, self.n_support)
         for _ in range(self.n_bridged):
             seen = bridge_pinholes(seen)

@@ -10,6 +10,7 @@ from forests.frames import DepthFrame, FrameBatch, Intrinsics, LabelTable, is_kn
 from forests.skeleton import proposal
 from forests.skeleton.answers import Answers, Truth, View, answers_of, cut_frame, edges_of
 from forests.skeleton.decoded import LEAST_THOUGHT, decoded, decoded_facing, headings_of
+from forests.skeleton.folds import answers_across
 from forests.skeleton.heading import facings_of
 from forests.skeleton.learn import decode_all, headings_of_all, is_outside, learn_proposals, settled
 from forests.skeleton.proposal import mirrored, mirrored_answers
@@ -150,6 +151,32 @@ def test_images_without_a_person_are_told_from_those_with_one(lessons):
     for given, is_person in ((other, True), (deserted(other), False)):
         said = [decoded(model, estimate_of(given, k), SHAPE, 1).person_probability > 0.5 for k in range(50)]
         assert np.mean(said) == pytest.approx(float(is_person), abs=0.1)
+
+
+def test_of_many_frames_evenly_spread_ones_are_answered(monkeypatch):
+    monkeypatch.setattr("forests.skeleton.folds.MOST_FRAMES", 150)
+    rng = np.random.default_rng(5)
+    joints = bodies(rng, 400)
+    empty = np.zeros((400, 2, 3), np.uint16)
+    labels = LabelTable(("head", "trunk"), ("table",), NAMES)
+    frames = FrameBatch(empty, empty.astype(np.uint8), joints, CAMERA, labels)
+    asked = []
+
+    def train_apart(others, fold):
+        def answering(own, view):
+            assert not set(own.indices) & set(others.indices)
+            asked.append(own.indices)
+            nothing = np.zeros((len(own), len(NAMES), 1), np.float32)
+            answers = Answers(*(nothing for _ in Answers._fields))
+            return answers, Truth(nothing, nothing)
+
+        return answering
+
+    answers_across(frames, train_apart, False, 2)
+    assert [len(numbers) for numbers in asked] == [67] * 8
+    assert np.diff(asked[0]).max() == 3
+    for whole, cut in zip(asked[::2], asked[1::2], strict=True):
+        assert whole == cut
 
 
 def test_forests_are_shown_frames_whole_cut_or_without_the_person():

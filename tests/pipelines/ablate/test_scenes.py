@@ -12,7 +12,7 @@ from synth.scene import FrameSource, SceneConfig
 from synth.scene.config import SplitShares
 
 ROOT = Path(__file__).parents[3]
-OPTIONAL = {"intrinsics", "distance", "height", "stature"}
+OPTIONAL = {"intrinsics", "distance", "height"}
 """Settings that are None in the paper's setting, which a TOML file cannot say."""
 
 

@@ -13,6 +13,7 @@ from synth.render.sensors.geometry import (
     bridge_pinholes,
     disparity_of,
     drop_unsupported,
+    fill_gaps,
     hidden_from_right,
     incidence_cosine,
     smooth_noise,
@@ -354,6 +355,38 @@ def test_thin_things_and_specks_have_no_support() -> None:
     disparity[:, 28:33] = 20.0
     assert (drop_unsupported(disparity, 4.0, 0.03, 4)[:, 29:32] > 0).all()
     assert (kept[:, 40:] == 10.0).all()
+
+
+def test_gaps_between_fingers_are_filled_and_outlines_stay() -> None:
+    hand = np.full((60, 80), 5.0, np.float32)
+    hand[:40, 20:60] = 20.0
+    for left in (27, 35, 43, 51):
+        hand[:30, left : left + 3] = 5.0  # between fingers of five pixels
+    filled = fill_gaps(hand, 4.0, 0.03, 8)
+    assert (filled[8:26, 24:56] == 20.0).all()
+    outside = np.ones_like(hand, bool)
+    outside[:40, 20:60] = False
+    np.testing.assert_array_equal(filled[outside], hand[outside])
+    wide = np.full((60, 80), 5.0, np.float32)
+    wide[:, 20:32] = wide[:, 44:60] = 20.0
+    np.testing.assert_array_equal(fill_gaps(wide, 4.0, 0.03, 8), wide)
+
+
+def test_a_window_takes_the_nearer_surface_as_in_the_slow_twin() -> None:
+    rng = np.random.default_rng(0)
+    disparity = rng.choice(np.float32([0.0, 5.0, 5.1, 8.0, 20.0]), (40, 50), p=(0.2, 0.2, 0.1, 0.2, 0.3))
+    filled = fill_gaps(disparity, 3.0, 0.03, 8)
+    angles = 2.0 * np.pi * np.array([0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13]) / 16
+    offsets = np.rint(3.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)).astype(int)
+    expected = disparity.copy()
+    for v, u in np.ndindex(disparity.shape):
+        at = offsets + np.array([u, v])
+        at = at[((at >= 0) & (at < (50, 40))).all(axis=1)]
+        near = [d for d in disparity[at[:, 1], at[:, 0]] if 0.97 * d > disparity[v, u]]
+        if len(near) >= 8:
+            expected[v, u] = np.sort(near)[len(near) // 2]
+    assert (expected != disparity).any()
+    np.testing.assert_array_equal(filled, expected)
 
 
 @pytest.mark.parametrize("sigma", [0.0, 1.0, 1.5, 3.0])

@@ -59,7 +59,7 @@ def test_adults_take_the_statures_asked_for_and_keep_their_mass_index() -> None:
         pools = Pools(SceneConfig(child_share=0.3, **settings), seed=3)
         return [pools._subject_spec("train", number) for number in range(40)]
 
-    as_drawn, asked = people(), people(stature=(1.85, 2.0))
+    as_drawn, asked = people(stature_share=0.0), people(stature=(1.85, 2.0), stature_share=1.0)
     assert {spec.age < 18 for spec in as_drawn} == {True, False}
     for before, after in zip(as_drawn, asked, strict=True):
         if before.age < 18:
@@ -68,3 +68,6 @@ def test_adults_take_the_statures_asked_for_and_keep_their_mass_index() -> None:
         assert 1.85 <= after.stature <= 2.0
         assert after.mass / after.stature**2 == pytest.approx(before.mass / before.stature**2, abs=0.05)
     assert np.ptp([spec.stature for spec in asked if spec.age >= 18]) > 0.08
+    some = people(stature=(2.05, 2.1), stature_share=0.5)
+    n_adults, n_tall = sum(s.age >= 18 for s in some), sum(s.stature >= 2.05 for s in some)
+    assert 0.25 < n_tall / n_adults < 0.75

@@ -210,6 +210,18 @@ def test_draws_differ_in_every_hinge():
     }
 
 
+@pytest.mark.parametrize("family", ["recorded_standing", "exercising"])
+def test_free_hands_are_fists_flat_or_between(family):
+    rng = np.random.default_rng(8)
+    bend = DOF_IDX["l_fingers_flexion"]
+    angles = np.degrees(
+        [draw_arms(family, body(0), draw_base(family, body(0), rng), rng).angles[bend] for _ in range(40)]
+    )
+    assert 0.05 < (angles > 65).mean() < 0.5
+    assert (angles < 20).any()
+    assert ((angles > 25) & (angles < 60)).any()
+
+
 def test_a_hand_pushed_into_the_belly_collides_and_the_bind_pose_does_not():
     person = body(0)
     assert not self_collides(person, Pose(person.bind_angles, np.eye(4)))
