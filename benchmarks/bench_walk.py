@@ -19,9 +19,10 @@ sys.path[:0] = [str(Path(__file__).parents[1])]
 from forests.boxes import BOX_MARGIN_M, upper_body_box  # noqa: E402
 from forests.calibration import WITHIN_M, reliability  # noqa: E402
 from forests.rwf.config import UPPER_BODY, RWFConfig  # noqa: E402
-from forests.rwf.model import Limbs, RWFModel, walk_tables  # noqa: E402
+from forests.rwf.model import Limbs, RWFModel  # noqa: E402
 from forests.rwf.predict import Predictor  # noqa: E402
 from forests.rwf.storage import load_model  # noqa: E402
+from forests.rwf.tables import walk_tables  # noqa: E402
 from forests.rwf.train import train  # noqa: E402
 from forests.rwf.tune import View, views_of  # noqa: E402
 from pipelines.commands.generate import GenerateSettings  # noqa: E402
@@ -60,8 +61,7 @@ def upper_body(model: RWFModel) -> RWFModel:
         experts=model.experts[:n],
         plan=plan,
         limbs=limbs,
-        within_weights=model.within_weights[:n],
-        hidden_weights=model.hidden_weights[:n],
+        weights=model.weights[:, :n],
         skeleton=None,
     )
 

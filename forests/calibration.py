@@ -1,8 +1,10 @@
 """Probabilities that mean what they say: logistic regression, and how reliable what came out is."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 WITHIN_M = 0.1
@@ -13,6 +15,17 @@ def logistic(weights: NDArray[np.float32], values: NDArray[np.float64]) -> NDArr
     """1 / (1 + exp(-w . t)), (...,) float32, of weights w and terms t (..., n_terms); NaN of NaN weights."""
     logit = np.clip((weights * values).sum(axis=-1), -30.0, 30.0)
     return (1.0 / (1.0 + np.exp(-logit))).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def probability_of(weights: np.ndarray, terms: np.ndarray) -> float:
+    """1 / (1 + exp(-w . t)) of weights w and terms t (n_terms,), as `logistic`; NaN of NaN weights."""
+    logit = 0.0
+    for i in range(len(weights)):
+        logit += weights[i] * terms[i]
+    if np.isnan(logit):
+        return np.nan
+    return 1.0 / (1.0 + math.exp(-min(max(logit, -30.0), 30.0)))
 
 
 def fit_logistic(values: ArrayLike, outcome: ArrayLike, ridge: float = 1.0) -> NDArray[np.float64]:

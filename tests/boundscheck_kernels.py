@@ -17,10 +17,12 @@ from forests.oarf.packed import pack_leaves
 from forests.oarf.predict import Predictor
 from forests.oarf.tune import untuned
 from forests.rwf.clusters import leaf_clusters
-from forests.rwf.model import ExpertTree, walk_tables
+from forests.rwf.model import ExpertTree, WalkPlan
 from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
-from forests.rwf.walk import WalkPlan, walk_skeleton
+from forests.rwf.tables import walk_tables
+from forests.rwf.walk import walk_skeleton
 from forests.samples import Samples, TrainingSet, draw_pixels
+from forests.skeleton.answers import edges_of
 from synth.camera import Camera
 from synth.geometry import LabelledMesh, translation
 from synth.occluders.model import BOX, Solids
@@ -99,10 +101,10 @@ def walk() -> None:
     plan = WalkPlan(
         np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, 0.1 * one, np.int32([1]), gate[None, None], 3, 5
     )
-    ends, spread, weight = np.empty((1, 3, 4), np.float32), np.empty(1, np.float32), np.empty(1, np.float32)
+    ends, said, edges = np.empty((1, 3, 4), np.float32), np.empty((1, 3), np.float32), edges_of(depth.shape, CAMERA)
     intrinsics = np.float32([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     for place in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
-        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, ends, spread, weight)
+        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, edges, ends, said)
         assert np.isfinite(ends[:, 0]).all()
 
 

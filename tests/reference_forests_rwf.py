@@ -7,6 +7,7 @@ import numpy as np
 from forests.crops import NOTHING
 from forests.features import FEATURE_LIMIT_MM
 from forests.hashing import hash4
+from forests.rwf.tables import WEIGHT_ONE
 from forests.rwf.walk import FARTHEST_M, FARTHEST_PX, NEAREST_M
 
 ONE = np.float32
@@ -21,11 +22,11 @@ def read(depth, column, row):
     return value if value else int(NOTHING)
 
 
-def decide(node, depth, column, row, z, fx, fy):
+def decide(node, unit, depth, column, row, z, fx, fy):
     """Whether a point goes to the right child."""
 
     def probe(offset):
-        return read(depth, column + fx / z * offset[0], row + fy / z * offset[1])
+        return read(depth, column + unit * fx / z * ONE(offset[0]), row + unit * fy / z * ONE(offset[1]))
 
     own = int(z * ONE(1000) + ONE(0.5))
     second = own if not node["v"].any() else probe(node["v"])
@@ -65,12 +66,12 @@ def votes(depth, intrinsics, tables, plan, joint, seed, step, centre):
     for number in range(plan.n_walks):
         column, row, point = walker(depth, intrinsics, plan, joint, seed, step, number, centre)
         node = tables.root[joint, (number + step) % tables.root.shape[1]]
-        while tables.nodes[node]["leaf"] < 0:
-            right = decide(tables.nodes[node], depth, column, row, point[2], *intrinsics[:2])
-            node = tables.nodes[node]["left"] + int(right)
-        for x, y, z, weight in tables.vote[tables.nodes[node]["leaf"]]:
+        while tables.nodes[node]["next"] >= 0:
+            right = decide(tables.nodes[node], tables.probe_m, depth, column, row, point[2], *intrinsics[:2])
+            node = tables.nodes[node]["next"] + int(right)
+        for *offset, weight in tables.vote[-1 - tables.nodes[node]["next"]].astype(np.float32):
             if weight > 0:
-                found.append((*(point + np.array([x, y, z], np.float32)), weight))
+                found.append((*(point + tables.offset_m * np.array(offset, np.float32)), weight / ONE(WEIGHT_ONE)))
     return np.array(found, np.float32)
 
 

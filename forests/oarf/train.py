@@ -162,7 +162,7 @@ def _learned_skeleton(
 def _answers(model: OARFModel, n_threads: int, frames: FrameSequence, view: View) -> tuple[Answers, Truth]:
     predictor = Predictor(model)
 
-    def ask(frame: DepthFrame, heading: float) -> JointEstimate:
+    def ask(frame: DepthFrame, heading: float, _: NDArray[np.float32]) -> JointEstimate:
         return predictor.predict_joints(frame.depth, frame.camera, n_proposals=N_CANDIDATES, heading=heading)
 
     return answers_of(ask, frames, view, n_threads=n_threads)

@@ -29,6 +29,8 @@ class RWFConfig:
         start_noise_m: Standard deviation, along each axis, of the places about a parent joint that ways start
             from [m].
         box_noise_m: The same about the middle of an upper-body box, in training and on validation frames [m].
+        cut_share: Share of the training frames that are learned from once more as of a camera that stands so near
+            that the image ends on the person: trees then know of joints outside the image.
         gate_share: Share of the training joints that lie farther behind the image's surface than points may.
         snap_m: Points less far behind the surface are put on it, for the trees of an expert in turn [m]. Trees of
             points on the surface see most people better, those of points behind it what is hidden.
@@ -59,6 +61,7 @@ class RWFConfig:
     reach_m: float = 0.3
     start_noise_m: float = 0.1
     box_noise_m: float = 0.15
+    cut_share: float = 0.25
     gate_share: float = 0.02
     snap_m: tuple[float, ...] = (10.0, 0.3)
     softness_m: float = 0.5
@@ -105,6 +108,7 @@ _RANGES = {
     "reach_m": (0.0, 10.0),
     "start_noise_m": (0.0, 10.0),
     "box_noise_m": (0.0, 10.0),
+    "cut_share": (0.0, 1.0),
     "gate_share": (0.0, 0.5),
     "snap_m": (0.0, 100.0),
     "softness_m": (0.0, 10.0),

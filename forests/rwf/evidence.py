@@ -1,59 +1,94 @@
 """What a walk saw of every joint: the terms that its probabilities are regressed on."""
 
+import math
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from forests.frames import Pinhole
+from forests.rwf.walk import NEAREST_M, pixel_of
 
-TERMS = ("one", "log_share", "second_to_first", "spread", "log_weight", "behind", "no_surface")
-"""What the probabilities are regressed on, in the order of the weights; see `terms`."""
+TERMS = (
+    "one",
+    "log_share",
+    "second_to_first",
+    "spread",
+    "log_weight",
+    "behind",
+    "no_surface",
+    "inside",
+    "outside_votes",
+    "parent_inside",
+)
+"""What the probabilities are regressed on, in the order of the weights; see `write_terms`."""
+OUTCOMES = ("within", "hidden", "outside")
+"""What a joint's probabilities are of: within 10 cm, occluded by an object, not in the image."""
 
 _LEAST = 1e-6
-_NEAREST_M = 0.2
-"""Nearer places are projected as from here; walkers come no nearer [m]."""
 _MOST_BEHIND_M = 0.5
+_FROM_INSIDE_M = 0.5
+"""Joints farther from the image's edge than this are taken as this far [m]."""
 
 
-def terms(
-    ends: NDArray[np.float32],
-    spread: NDArray[np.float32],
-    weight: NDArray[np.float32],
-    depth: NDArray[np.uint16],
-    camera: Pinhole,
-) -> NDArray[np.float64]:
-    """The terms of the logistic regressions.
+@njit(cache=True, nogil=True)
+def write_terms(
+    ends: np.ndarray, votes: np.ndarray, parent: np.ndarray, depth: np.ndarray, intrinsics: np.ndarray,
+    edges: np.ndarray, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes the terms of the logistic regressions.
 
     Args:
         ends: (n_joints, n_ends, 4) float32, of `walk_skeleton`.
-        spread: (n_joints,) float32 [m].
-        weight: (n_joints,) float32, the votes' mean weights.
+        votes: (n_joints, 3) float32, what `walk_skeleton` says of the votes.
+        parent: (n_joints,) int32, -1 = none.
         depth: (height, width) uint16 [mm], 0 = nothing.
-        camera: Intrinsics.
-
-    Returns:
-        (n_joints, len(TERMS)) float64, finite: 1; logarithm of the first end's share; the second's share over it;
-        the votes' spread [m]; logarithm of their mean weight; how far the first end lies behind the surface at its
-        pixel, cut to half a metre, 0 where there is none [m]; whether there is none.
+        intrinsics: (4,) float32, (fx, fy, cx, cy) [px].
+        edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
+        out: (n_joints, len(TERMS)) float64 to fill, finite: 1; logarithm of the first end's share; the second's
+            share over it; the votes' spread [m]; logarithm of their mean weight; how far the first end lies behind
+            the surface at its pixel, cut to half a metre, 0 where there is none [m]; whether there is none; how far
+            it lies inside the image, cut to half a metre [m]; the share of the votes that lie outside; how far the
+            parent's lies inside, as far as can be without a parent.
     """
-    first = np.maximum(ends[:, 0, 3].astype(np.float64), _LEAST)
-    second = ends[:, 1, 3] / first if ends.shape[1] > 1 else np.zeros_like(first)
-    x, y, z = ends[:, 0, :3].T.astype(np.float64)
-    z = np.maximum(z, _NEAREST_M)
-    column = np.floor(camera.fx * x / z + camera.cx + 0.5)
-    row = np.floor(camera.fy * y / z + camera.cy + 0.5)
     height, width = depth.shape
-    is_inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    surface = np.zeros(len(first))
-    surface[is_inside] = depth[row[is_inside].astype(np.int64), column[is_inside].astype(np.int64)] * 1e-3
-    is_open = surface == 0
-    behind = np.where(is_open, 0.0, np.clip(z - surface, -_MOST_BEHIND_M, _MOST_BEHIND_M))
-    columns = [
-        np.ones_like(first),
-        np.log(first),
-        second,
-        spread,
-        np.log(np.maximum(weight, _LEAST)),
-        behind,
-        is_open,
-    ]
-    return np.stack([np.asarray(column, np.float64) for column in columns], axis=1)
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    for joint in range(len(ends)):
+        x, y, z = ends[joint, 0, 0], ends[joint, 0, 1], max(ends[joint, 0, 2], np.float32(NEAREST_M))
+        column, row = pixel_of(x, z, fx, cx), pixel_of(y, z, fy, cy)
+        is_seen = column >= 0.0 and column < width and row >= 0.0 and row < height
+        surface = depth[int(row), int(column)] * 1e-3 if is_seen else 0.0
+        first = max(float(ends[joint, 0, 3]), _LEAST)
+        terms = out[joint]
+        terms[0] = 1.0
+        terms[1] = math.log(first)
+        terms[2] = ends[joint, 1, 3] / first if ends.shape[1] > 1 else 0.0
+        terms[3] = votes[joint, 0]
+        terms[4] = math.log(max(float(votes[joint, 1]), _LEAST))
+        terms[5] = min(max(z - surface, -_MOST_BEHIND_M), _MOST_BEHIND_M) if surface > 0.0 else 0.0
+        terms[6] = 0.0 if surface > 0.0 else 1.0
+        terms[7] = inside_by(ends[joint, 0], edges)
+        terms[8] = votes[joint, 2]
+        above = parent[joint]
+        terms[9] = inside_by(ends[above, 0], edges) if above >= 0 else _FROM_INSIDE_M
+
+
+@njit(cache=True, nogil=True, inline="always")
+def inside_by(place: np.ndarray, edges: np.ndarray) -> float:
+    """How far a place lies inside the image, cut to half a metre on either side [m]."""
+    x, y, z = place[0], place[1], max(place[2], np.float32(NEAREST_M))
+    inside = min(x - edges[0] * z, y - edges[1] * z, edges[2] * z - x, edges[3] * z - y)
+    return min(max(float(inside), -_FROM_INSIDE_M), _FROM_INSIDE_M)
+
+
+def terms_of(
+    ends: NDArray[np.float32],
+    votes: NDArray[np.float32],
+    parent: NDArray[np.int32],
+    depth: NDArray[np.uint16],
+    intrinsics: NDArray[np.float32],
+    edges: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    """(n_joints, len(TERMS)) float64, the terms that `write_terms` writes."""
+    out = np.empty((len(ends), len(TERMS)), np.float64)
+    write_terms(ends, votes, parent, depth, intrinsics, edges, out)
+    return out

@@ -1,4 +1,4 @@
-"""What a trained random walk forest holds, and its trees as the walk reads them."""
+"""What a trained random walk forest holds."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,12 +8,7 @@ from numpy.typing import NDArray
 
 from forests.frames import LabelTable
 from forests.rwf.config import RWFConfig
-from forests.rwf.walk import WalkPlan, WalkTables
 from forests.skeleton.model import SkeletonModel
-from forests.tree import tree_depth
-
-NARROW_M, NARROW_POWER = 0.1, 3
-"""A cluster of spread s votes with weight share * (c / (c + s)) ** power: the denser, the more [m]."""
 
 
 class ExpertTree(NamedTuple):
@@ -30,6 +25,32 @@ class ExpertTree(NamedTuple):
     offset: NDArray[np.float32]
     share: NDArray[np.float32]
     spread: NDArray[np.float32]
+
+
+class WalkPlan(NamedTuple):
+    """How the experts walk.
+
+    Attributes:
+        order: (n_joints,) int32, joints in the order of their walks.
+        start_from: (n_joints,) int32, the joint whose estimate a walk starts from, walked before; -1 = the start
+            point.
+        scatter_m: (n_joints,) float32, standard deviation of the walkers about the estimate, along each axis [m].
+        bandwidth_m: (n_joints,) float32, b of the votes' kernel exp(-d^2 / b^2) [m].
+        n_arriving: (n_joints,) int32, first steps whose votes do not count in the end.
+        gate_m: (n_joints, n_trees, 2) float32: walkers less than the first behind the measured depth are put on it,
+            and none is farther behind it than the second [m].
+        n_walks: Walkers of a joint, side by side.
+        n_steps: Steps of a walk.
+    """
+
+    order: NDArray[np.int32]
+    start_from: NDArray[np.int32]
+    scatter_m: NDArray[np.float32]
+    bandwidth_m: NDArray[np.float32]
+    n_arriving: NDArray[np.int32]
+    gate_m: NDArray[np.float32]
+    n_walks: int
+    n_steps: int
 
 
 class Limbs(NamedTuple):
@@ -55,9 +76,8 @@ class RWFModel:
         experts: The trees of each joint.
         plan: How the experts walk.
         limbs: Ranges of the limbs' lengths in the training frames.
-        within_weights: (n_joints, n_terms) float32, logistic regression of "within 10 cm" on `evidence.TERMS`; NaN =
-            not calibrated.
-        hidden_weights: (n_joints, n_terms) float32, of "occluded by an object", likewise.
+        weights: (n_outcomes, n_joints, n_terms) float32, logistic regressions of what is in `evidence.OUTCOMES` on
+            `evidence.TERMS`; NaN = not calibrated.
         skeleton: What makes one skeleton out of the walks' ends; None = joints are answered as walked to.
     """
 
@@ -67,31 +87,5 @@ class RWFModel:
     experts: tuple[tuple[ExpertTree, ...], ...]
     plan: WalkPlan
     limbs: Limbs
-    within_weights: NDArray[np.float32]
-    hidden_weights: NDArray[np.float32]
+    weights: NDArray[np.float32]
     skeleton: SkeletonModel | None = None
-
-
-def walk_tables(experts: tuple[tuple[ExpertTree, ...], ...]) -> WalkTables:
-    """Puts all trees behind one another, and weighs their clusters.
-
-    Args:
-        experts: The trees of each joint.
-    """
-    shape = len(experts), len(experts[0])
-    root, levels = np.empty(shape, np.int32), np.empty(shape, np.int32)
-    nodes, n_nodes, n_leaves = [], 0, 0
-    for joint, trees in enumerate(experts):
-        for number, tree in enumerate(trees):
-            moved = tree.nodes.copy()
-            moved["left"] += n_nodes
-            moved["leaf"] += np.where(moved["leaf"] >= 0, n_leaves, 0).astype(np.int32)
-            root[joint, number] = n_nodes
-            levels[joint, number] = tree_depth(tree.nodes)
-            nodes.append(moved)
-            n_nodes += len(moved)
-            n_leaves += len(tree.offset)
-    flat = [tree for trees in experts for tree in trees]
-    weight = [tree.share * (NARROW_M / (NARROW_M + tree.spread)) ** NARROW_POWER for tree in flat]
-    vote = [np.concatenate([tree.offset, w[:, :, None]], axis=2) for tree, w in zip(flat, weight, strict=True)]
-    return WalkTables(np.concatenate(nodes), root, levels, np.concatenate(vote).astype(np.float32))

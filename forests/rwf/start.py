@@ -54,6 +54,22 @@ def start_point(
     return _lifted(depth, camera, u, v, MIDDLE_SHARE * (right - left) / 2, MIDDLE_SHARE * (bottom - top) / 2)
 
 
+def seen_box(box: Box | None, camera: Pinhole, edges: NDArray[np.float32]) -> Box | None:
+    """The part of a box that an image shows; None of none.
+
+    Args:
+        box: In pixels.
+        camera: Intrinsics.
+        edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
+    """
+    if box is None:
+        return None
+    left, right = (camera.fx * float(slope) + camera.cx + 0.5 for slope in edges[::2])
+    top, bottom = (camera.fy * float(slope) + camera.cy + 0.5 for slope in edges[1::2])
+    seen = (max(box[0], left), max(box[1], top), min(box[2], right), min(box[3], bottom))
+    return seen if seen[0] < seen[2] and seen[1] < seen[3] else None
+
+
 def _lifted(
     depth: NDArray[np.uint16], camera: Pinhole, u: float, v: float, half_width: float, half_height: float
 ) -> NDArray[np.float32] | None:

@@ -10,10 +10,9 @@ from forests.frames import LabelTable
 from forests.modelfile import naming_file, read_model, take_array, write_model
 from forests.records import from_json, to_json
 from forests.rwf.config import RWFConfig
-from forests.rwf.evidence import TERMS
-from forests.rwf.model import ExpertTree, Limbs, RWFModel
+from forests.rwf.evidence import OUTCOMES, TERMS
+from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
 from forests.rwf.skeleton import chosen_joints
-from forests.rwf.walk import WalkPlan
 from forests.skeleton.storage import pack_skeleton, unpack_skeleton
 from forests.tree import pack_nodes, unpack_nodes
 
@@ -58,7 +57,7 @@ def pack_model(model: RWFModel) -> dict[str, np.ndarray]:
     """A forest's arrays as a model file holds them."""
     arrays: dict[str, np.ndarray] = {f"plan.{name}": getattr(model.plan, name) for name in _PLAN}
     arrays |= {f"limbs.{name}": values for name, values in model.limbs._asdict().items()}
-    arrays |= {"within_weights": model.within_weights, "hidden_weights": model.hidden_weights}
+    arrays["weights"] = model.weights
     for number, tree in enumerate(tree for trees in model.experts for tree in trees):
         arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
     return arrays | pack_skeleton(model.skeleton)
@@ -80,13 +79,11 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
         trees.append(unpack_tree(own, labels, config))
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(joints)))
     plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_trees)
-    shape = len(joints), len(TERMS)
-    within = take_array(arrays, "within_weights", np.float32, shape)
-    hidden = take_array(arrays, "hidden_weights", np.float32, shape)
-    if np.isinf(within).any() or np.isinf(hidden).any():
+    weights = take_array(arrays, "weights", np.float32, (len(OUTCOMES), len(joints), len(TERMS)))
+    if np.isinf(weights).any():
         raise ValueError("the weights of a joint's probability are not finite")
     skeleton = unpack_skeleton(arrays, joints)
-    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), within, hidden, skeleton)
+    return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights, skeleton)
 
 
 def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:

@@ -15,22 +15,22 @@ from forests.frames import DepthFrame, FrameSequence, is_known
 from forests.growing import grow_direction_tree
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import RWFConfig
-from forests.rwf.evidence import TERMS
-from forests.rwf.model import ExpertTree, RWFModel
+from forests.rwf.evidence import OUTCOMES, TERMS
+from forests.rwf.model import ExpertTree, RWFModel, WalkPlan
 from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
 from forests.rwf.predict import Predictor
 from forests.rwf.skeleton import chosen_joints, measure_limbs, starts_of
-from forests.rwf.start import start_point
+from forests.rwf.start import seen_box, start_point
 from forests.rwf.tune import tune
-from forests.rwf.walk import WalkPlan
 from forests.samples import image_of
-from forests.skeleton.answers import Answers, Truth, View, answers_of
+from forests.skeleton.answers import Answers, Truth, View, answers_of, cut_frame, edges_of
 from forests.skeleton.folds import FOLD_SEED, LEAST_FRAMES, N_FOLDS, Answering, ShiftedStore
 from forests.skeleton.kinematics import parents_first, parents_of
 from forests.skeleton.learn import learn_from_frames
 from forests.tree import TreeStore
 
 _MAX_BYTES = 2**31
+_CUT_STREAM = 0x0C07
 _READ_SHARE, _TUNE_SHARE = 0.05, 0.05
 """Of the time that training takes, about; for the progress bar."""
 
@@ -39,7 +39,7 @@ class WalkFrames(NamedTuple):
     """Training frames as the experts learn from them.
 
     Attributes:
-        crops: The images.
+        crops: The images, some of them a second time, cut off on the person.
         joints: (n_frames, n_joints, 3) float32, the experts' joints, camera frame [m]; NaN = unknown.
         starts: (n_frames, 3) float32, where a detector's box starts a walk, camera frame [m].
     """
@@ -92,7 +92,7 @@ def train(
         if part.joints != model.joints:  # a half knows no place of a joint
             return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        told = replace(part, within_weights=model.within_weights, hidden_weights=model.hidden_weights)
+        told = replace(part, weights=model.weights)
         return partial(_answers, replace(told, config=replace(halved, seed=config.seed), plan=model.plan))
 
     ask = partial(_answers, model)
@@ -107,9 +107,9 @@ def _answers(model: RWFModel, frames: FrameSequence, view: View) -> tuple[Answer
     names = frames.labels.joints
     inside = chosen_joints(names, model.config.box_joints)
 
-    def ask(frame: DepthFrame, _: float) -> JointEstimate:
-        box = upper_body_box(frame.joints[inside], frame.camera)
-        return walker.predict_joints(frame.depth, frame.camera, box)
+    def ask(frame: DepthFrame, _: float, edges: NDArray[np.float32]) -> JointEstimate:
+        box = seen_box(upper_body_box(frame.joints[inside], frame.camera), frame.camera, edges)
+        return walker.predict_joints(frame.depth, frame.camera, box, edges=edges)
 
     return answers_of(ask, frames, view, chosen_joints(names, model.joints))
 
@@ -158,8 +158,8 @@ def train_forest(
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
     plan = _untuned(config, parents, gates)
     limbs = measure_limbs(learned.joints, parents, config.limb_share)
-    weights = np.full((len(names), len(TERMS)), np.nan, np.float32)
-    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights, weights.copy())
+    weights = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
+    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
     if validation is not None and len(validation):
         model = tune(model, validation)
     on_progress(1.0)
@@ -213,22 +213,28 @@ def read_frames(
     """Reads every frame once: its crop, the experts' joints, the middle of its upper-body box.
 
     The box is around the joints of it that the frame knows; a frame that knows none is started from amid all that
-    it shows. A frame that shows nothing starts at its joints' mean.
+    it shows. A frame that shows nothing starts at its joints' mean. Some of the frames follow once more, cut off on
+    the person.
     """
-    joints = np.empty((len(frames), len(places), 3), np.float32)
-    starts = np.empty((len(frames), 3), np.float32)
+    joints, starts = [], []
     inside = chosen_joints(frames.labels.joints, config.box_joints)
     with CropWriter(_MAX_BYTES) as writer:
         for index in range(len(frames)):
             frame = frames[index]
-            depth = image_of(frame, config.layer)[0]
-            writer.add(depth, frame.camera)
-            joints[index] = frame.joints[places]
-            box = upper_body_box(frame.joints[inside], frame.camera)
-            found = start_point(depth, frame.camera, box=box)
-            starts[index] = _mean_joint(frame, inside) if found is None else found
+            whole = replace(frame, depth=image_of(frame, config.layer)[0])
+            edges = edges_of(whole.depth.shape, frame.camera)
+            shown = [(whole, edges)]
+            rng = np.random.default_rng([_CUT_STREAM, config.seed, index])
+            if rng.random() < config.cut_share:
+                shown.append(cut_frame(whole, frame.joints[places], edges, rng))
+            for seen, ends in shown:
+                writer.add(seen.depth, seen.camera)
+                joints.append(frame.joints[places])
+                box = seen_box(upper_body_box(frame.joints[inside], seen.camera), seen.camera, ends)
+                found = start_point(seen.depth, seen.camera, box=box)
+                starts.append(_mean_joint(frame, inside) if found is None else found)
             on_share((index + 1) / len(frames))
-        return WalkFrames(writer.finish(), joints, starts)
+        return WalkFrames(writer.finish(), np.stack(joints).astype(np.float32), np.stack(starts))
 
 
 def _mean_joint(frame: DepthFrame, places: NDArray[np.int32]) -> NDArray[np.float32]:

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from forests.boxes import BOX_MARGIN_M, upper_body_box
 from forests.calibration import WITHIN_M, fit_logistic
 from forests.frames import FrameSequence, Pinhole, is_known
-from forests.rwf.evidence import terms
-from forests.rwf.model import RWFModel, walk_tables
+from forests.rwf.evidence import OUTCOMES, TERMS
+from forests.rwf.model import RWFModel, WalkPlan
 from forests.rwf.predict import Predictor
 from forests.rwf.skeleton import chosen_joints
-from forests.rwf.start import start_point
-from forests.rwf.walk import WalkPlan, WalkTables, walk_joint
+from forests.rwf.start import seen_box, start_point
+from forests.rwf.tables import WalkTables, walk_tables
+from forests.rwf.walk import walk_joint
+from forests.skeleton.answers import cut_frame, edges_of
+from forests.skeleton.learn import is_outside
 
 SCATTERS_M = (0.05, 0.1)
 """Standard deviations of the walkers that are tried, beside the config's own [m]."""
@@ -24,6 +27,7 @@ BANDWIDTHS_M = (0.07, 0.1, 0.15)
 ARRIVING = (0, 1, 2)
 """Numbers of first steps whose votes do not count, likewise."""
 _START_STREAM = 0x57A7
+_CUT_STREAM = 0xC075
 
 
 class View(NamedTuple):
@@ -36,6 +40,7 @@ class View(NamedTuple):
         joints: (n_joints, 3) float32, the experts' joints, camera frame [m]; NaN = unknown.
         camera: Intrinsics.
         is_occluded: (n_joints,) bool, an object hides the joint.
+        edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
     """
 
     depth: NDArray[np.uint16]
@@ -44,6 +49,7 @@ class View(NamedTuple):
     joints: NDArray[np.float32]
     camera: Pinhole
     is_occluded: NDArray[np.bool_]
+    edges: NDArray[np.float32]
 
 
 def views_of(
@@ -52,6 +58,7 @@ def views_of(
     box_joints: tuple[str, ...],
     margin_m: float = BOX_MARGIN_M,
     noise_m: float = 0.0,
+    is_cut: bool = False,
 ) -> list[View]:
     """Frames with their walks' starts; frames that show nothing are left out.
 
@@ -61,20 +68,25 @@ def views_of(
         box_joints: Joints in the upper-body box, in the middle of which walks start; those that a frame knows.
         margin_m: Of the box [m].
         noise_m: Standard deviation of the starts across the line of sight, along each axis [m].
+        is_cut: Whether the images end somewhere on the person.
     """
     places = chosen_joints(frames.labels.joints, joints)
     inside = chosen_joints(frames.labels.joints, box_joints)
     views = []
     for index in range(len(frames)):
         frame = frames[index]
-        box = upper_body_box(frame.joints[inside], frame.camera, margin_m)
+        edges = edges_of(frame.depth.shape, frame.camera)
+        if is_cut:
+            rng = np.random.default_rng([_CUT_STREAM, index])
+            frame, edges = cut_frame(frame, frame.joints[places], edges, rng)
+        box = seen_box(upper_body_box(frame.joints[inside], frame.camera, margin_m), frame.camera, edges)
         start = start_point(frame.depth, frame.camera, box=box)
         if start is not None:
             camera = frame.camera
             intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
             start[:2] += np.random.default_rng([_START_STREAM, index]).normal(0.0, noise_m, 2)
             is_occluded = frame.is_occluded[places]
-            views.append(View(frame.depth, intrinsics, start, frame.joints[places], camera, is_occluded))
+            views.append(View(frame.depth, intrinsics, start, frame.joints[places], camera, is_occluded, edges))
     return views
 
 
@@ -89,44 +101,54 @@ def tune(model: RWFModel, frames: FrameSequence) -> RWFModel:
         frames: Validation frames.
     """
     config = model.config
-    return choose_walks(model, views_of(frames, model.joints, config.box_joints, noise_m=config.box_noise_m))
+    whole, cut = (
+        views_of(frames, model.joints, config.box_joints, noise_m=config.box_noise_m, is_cut=is_cut)
+        for is_cut in (False, True)
+    )
+    return calibrated(choose_walks(model, whole), whole, cut)
 
 
 def choose_walks(model: RWFModel, views: list[View]) -> RWFModel:
-    """Chooses how the experts walk, joint by joint from the parents on, and how probable their answers are.
+    """Chooses how the experts walk, joint by joint from the parents on.
 
     What a joint's walks are judged by are the frames that know it; where none does, they go on as the config has
-    them, without a probability.
+    them.
 
     Args:
         model: A trained forest.
         views: Validation frames.
     """
-    if not views:
-        return model
-    return calibrated(replace(model, plan=_chosen_plan(model, views)), views)
+    return replace(model, plan=_chosen_plan(model, views)) if views else model
 
 
-def calibrated(model: RWFModel, views: list[View]) -> RWFModel:
-    """Fits a forest's probabilities, "within 10 cm" and "occluded by an object", on the frames that know a joint.
+def calibrated(model: RWFModel, views: list[View], cut: list[View] | None = None) -> RWFModel:
+    """Fits a forest's probabilities on the frames that know a joint.
 
     Args:
         model: A forest whose plan is settled.
         views: Frames that it was not trained on.
+        cut: The same of images that end on the person: "not in the image" is fitted on these too.
     """
+    weights = np.full((len(OUTCOMES), len(model.joints), len(TERMS)), np.nan, np.float32)
+    if not views:
+        return replace(model, weights=weights)
+    cut = cut or []
     walker = Predictor(model)
-    walks = [walker.walk(view.depth, view.camera, view.start) for view in views]
-    values = np.stack([terms(*walked, view.depth, view.camera) for walked, view in zip(walks, views, strict=True)])
-    truth = np.stack([view.joints for view in views])
-    is_hidden = np.stack([view.is_occluded for view in views])
-    is_within = np.linalg.norm(np.stack([w.ends[:, 0, :3] for w in walks]) - truth, axis=2) <= WITHIN_M
-    within, hidden = np.full((2, len(model.joints), values.shape[2]), np.nan, np.float32)
+    walks = [walker.walk(view.depth, view.camera, view.start, view.edges) for view in (*views, *cut)]
+    terms = np.stack([walked.terms for walked in walks])
+    truth = np.stack([view.joints for view in (*views, *cut)])
+    outcomes = {
+        "within": np.linalg.norm(np.stack([w.ends[:, 0, :3] for w in walks]) - truth, axis=2) <= WITHIN_M,
+        "hidden": np.stack([view.is_occluded for view in (*views, *cut)]),
+        "outside": is_outside(truth, np.stack([view.edges for view in (*views, *cut)])),
+    }
     has_truth = is_known(truth)
-    for joint in np.flatnonzero(has_truth.any(axis=0)):
-        rows = has_truth[:, joint]
-        within[joint] = fit_logistic(values[rows, joint], is_within[rows, joint])
-        hidden[joint] = fit_logistic(values[rows, joint], is_hidden[rows, joint])
-    return replace(model, within_weights=within, hidden_weights=hidden)
+    for k, name in enumerate(OUTCOMES):
+        can_learn = has_truth & ((np.arange(len(truth)) < len(views)) | (name == "outside"))[:, None]
+        for joint in np.flatnonzero(can_learn.any(axis=0)):
+            rows = can_learn[:, joint]
+            weights[k, joint] = fit_logistic(terms[rows, joint], outcomes[name][rows, joint])
+    return replace(model, weights=weights)
 
 
 def _chosen_plan(model: RWFModel, views: list[View]) -> WalkPlan:

@@ -1,16 +1,16 @@
 """The kernels of a walk: where walkers read the image, how they come down a tree, where their votes gather."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import float32, int32, njit, uint64
-from numpy.typing import NDArray
 
 from forests.crops import NOTHING
-from forests.features import difference
 from forests.hashing import hash4
 from forests.modes import quick_climb, quick_sums
+from forests.rwf.descend import descend
+from forests.rwf.model import WalkPlan
+from forests.rwf.tables import WEIGHT_ONE, WalkTables
 
 NEAREST_M = 0.2
 FARTHEST_M = 30.0
@@ -27,49 +27,6 @@ _UNIT_BITS = 21
 """Bits of a hash that place a walker along one axis."""
 _HALF_WIDTH = 3.0**0.5
 """Of a uniform distribution, in standard deviations."""
-
-
-class WalkTables(NamedTuple):
-    """All experts' trees behind one another, as the walk reads them.
-
-    Attributes:
-        nodes: (n_nodes,) of NODE_DTYPE; `left` and `leaf` count from the start of the whole arrays.
-        root: (n_joints, n_trees) int32, node numbers.
-        levels: (n_joints, n_trees) int32, decisions on the longest way down.
-        vote: (n_leaves, n_clusters, 4) float32, offsets x, y, z to the joint [m] and their weight, falling; a weight
-            of 0 where there is no further cluster.
-    """
-
-    nodes: NDArray
-    root: NDArray[np.int32]
-    levels: NDArray[np.int32]
-    vote: NDArray[np.float32]
-
-
-class WalkPlan(NamedTuple):
-    """How the experts walk.
-
-    Attributes:
-        order: (n_joints,) int32, joints in the order of their walks.
-        start_from: (n_joints,) int32, the joint whose estimate a walk starts from, walked before; -1 = the start
-            point.
-        scatter_m: (n_joints,) float32, standard deviation of the walkers about the estimate, along each axis [m].
-        bandwidth_m: (n_joints,) float32, b of the votes' kernel exp(-d^2 / b^2) [m].
-        n_arriving: (n_joints,) int32, first steps whose votes do not count in the end.
-        gate_m: (n_joints, n_trees, 2) float32: walkers less than the first behind the measured depth are put on it,
-            and none is farther behind it than the second [m].
-        n_walks: Walkers of a joint, side by side.
-        n_steps: Steps of a walk.
-    """
-
-    order: NDArray[np.int32]
-    start_from: NDArray[np.int32]
-    scatter_m: NDArray[np.float32]
-    bandwidth_m: NDArray[np.float32]
-    n_arriving: NDArray[np.int32]
-    gate_m: NDArray[np.float32]
-    n_walks: int
-    n_steps: int
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -103,27 +60,6 @@ def pixel_of(x: float, z: float, f: float, c: float) -> float:
     return float32(min(max(place, float32(-FARTHEST_PX)), float32(FARTHEST_PX))) + float32(0.5)
 
 
-@njit(cache=True, nogil=True, inline="always")
-def child_of(
-    nodes: np.ndarray,
-    number: int,
-    depth: np.ndarray,
-    column: float,
-    row: float,
-    z: float,
-    fx_z: float,
-    fy_z: float,
-) -> int:
-    """The node that follows; a leaf follows itself. A probe without offset reads the point's own depth."""
-    node = nodes[number]
-    first = read_depth(depth, column + fx_z * node.u[0], row + fy_z * node.u[1])
-    if node.v[0] == 0.0 and node.v[1] == 0.0:
-        second = int32(z * float32(1e3) + float32(0.5))
-    else:
-        second = int32(read_depth(depth, column + fx_z * node.v[0], row + fy_z * node.v[1]))
-    return node.left + int32(difference(first, second) > node.threshold)
-
-
 @njit(cache=True, nogil=True)
 def walk_joint(
     depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, joint: int, seed: int,
@@ -146,37 +82,28 @@ def walk_joint(
     Returns:
         Number of votes that count in the end.
     """
-    fx, fy = intrinsics[0], intrinsics[1]
-    nodes, n_trees, n_clusters = tables.nodes, tables.root.shape[1], tables.vote.shape[1]
+    n_trees, n_clusters = tables.root.shape[1], tables.vote.shape[1]
+    unit, one = tables.offset_m, float32(1.0 / WEIGHT_ONE)
     point = np.empty((plan.n_walks, 3), np.float32)
     column, row = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
     number = np.empty(plan.n_walks, np.int32)
-    fx_z, fy_z = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
     ends[0, :3] = start
     n_votes = 0
     for step in range(plan.n_steps):
         _place_walkers(depth, intrinsics, plan, joint, seed, step, ends[0], point, column, row)
-        levels = 0
         for walk in range(plan.n_walks):
-            tree = (walk + step) % n_trees
-            number[walk] = tables.root[joint, tree]
-            fx_z[walk], fy_z[walk] = fx / point[walk, 2], fy / point[walk, 2]
-            levels = max(levels, tables.levels[joint, tree])
-        for _ in range(levels):
-            for walk in range(plan.n_walks):
-                number[walk] = child_of(
-                    nodes, number[walk], depth, column[walk], row[walk], point[walk, 2], fx_z[walk], fy_z[walk]
-                )
+            number[walk] = tables.root[joint, (walk + step) % n_trees]
+        descend(depth, intrinsics, tables, point, column, row, number)
         if step <= plan.n_arriving[joint]:
             n_votes = 0
         for walk in range(plan.n_walks):
-            leaf = tables.nodes[number[walk]].leaf
             for cluster in range(n_clusters):
-                if not tables.vote[leaf, cluster, 3] > 0.0:
+                vote = tables.vote[number[walk], cluster]
+                if vote[3] == 0:
                     break
                 for axis in range(3):
-                    votes[n_votes, axis] = point[walk, axis] + tables.vote[leaf, cluster, axis]
-                votes[n_votes, 3] = tables.vote[leaf, cluster, 3]
+                    votes[n_votes, axis] = point[walk, axis] + float32(vote[axis]) * unit
+                votes[n_votes, 3] = float32(vote[3]) * one
                 n_votes += 1
         is_last = step == plan.n_steps - 1
         n_ends, n_starts = (len(ends), N_LAST_STARTS) if is_last else (1, N_STARTS)
@@ -272,7 +199,7 @@ def place_point(
 @njit(cache=True, nogil=True)
 def walk_skeleton(
     depth: np.ndarray, intrinsics: np.ndarray, tables: WalkTables, plan: WalkPlan, start: np.ndarray, seed: int,
-    ends: np.ndarray, spread: np.ndarray, weight: np.ndarray,
+    edges: np.ndarray, ends: np.ndarray, said: np.ndarray,
 ) -> None:  # fmt: skip
     """Walks to every joint in the plan's order.
 
@@ -283,26 +210,35 @@ def walk_skeleton(
         plan: How to walk.
         start: (3,) float32, camera frame [m].
         seed: Of the walkers' places.
+        edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
         ends: (n_joints, n_ends, 4) float32 to fill, as of `walk_joint`.
-        spread: (n_joints,) float32 to fill, standard deviations of the votes about the first ends [m].
-        weight: (n_joints,) float32 to fill, the votes' mean weights.
+        said: (n_joints, 3) float32 to fill, what `describe_votes` says of the votes about the first ends.
     """
     votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     for joint in plan.order:
         parent = plan.start_from[joint]
         place = start if parent < 0 else ends[parent, 0, :3]
         n = walk_joint(depth, intrinsics, tables, plan, joint, seed, place, votes, ends[joint])
-        spread[joint], weight[joint] = spread_of(votes[:n], ends[joint, 0])
+        describe_votes(votes[:n], ends[joint, 0], edges, said[joint])
 
 
 @njit(cache=True, nogil=True)
-def spread_of(votes: np.ndarray, place: np.ndarray) -> tuple[float, float]:
-    """Standard deviation of weighted votes (n, 4) about a place [m], and their mean weight."""
-    total, squares = 0.0, 0.0
+def describe_votes(votes: np.ndarray, place: np.ndarray, edges: np.ndarray, out: np.ndarray) -> None:
+    """Says how sure votes are.
+
+    Args:
+        votes: (n, 4) float32, x, y, z [m] and weight, above 0.
+        place: (3 or more,) float32, where they lead [m].
+        edges: (4,) float32, the image's left, top, right and bottom edge as slopes: x / z and y / z.
+        out: (3,) float32 to fill: their standard deviation about the place [m], their mean weight, and the share of
+            their weight that lies outside the image.
+    """
+    total, squares, outside = 0.0, 0.0, 0.0
     for i in range(len(votes)):
-        squared = 0.0
-        for axis in range(3):
-            squared += (votes[i, axis] - place[axis]) ** 2
-        total += votes[i, 3]
-        squares += votes[i, 3] * squared
-    return math.sqrt(squares / total), total / len(votes)
+        x, y, z, weight = votes[i, 0], votes[i, 1], votes[i, 2], votes[i, 3]
+        squared = (x - place[0]) ** 2 + (y - place[1]) ** 2 + (z - place[2]) ** 2
+        is_inside = x >= edges[0] * z and y >= edges[1] * z and x <= edges[2] * z and y <= edges[3] * z
+        total += weight
+        squares += weight * squared
+        outside += 0.0 if is_inside else weight
+    out[0], out[1], out[2] = math.sqrt(squares / total), total / len(votes), outside / total

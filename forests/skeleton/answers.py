@@ -80,7 +80,7 @@ def edges_of(shape: tuple[int, ...], camera: Pinhole) -> NDArray[np.float32]:
 
 
 def answers_of(
-    ask: Callable[[DepthFrame, float], JointEstimate],
+    ask: Callable[[DepthFrame, float, NDArray[np.float32]], JointEstimate],
     frames: FrameSequence,
     view: View,
     places: NDArray[np.int32] | None = None,
@@ -89,7 +89,7 @@ def answers_of(
     """Asks a forest about frames.
 
     Args:
-        ask: The forest's joints of a frame, given a heading [rad], NaN = of none.
+        ask: The forest's joints of a frame, given a heading [rad], NaN = of none, and the image's edges (4,).
         frames: The frames, at least one.
         view: How they are shown.
         places: Of the joints that the forest answers among those of the frames; None = all.
@@ -105,7 +105,7 @@ def answers_of(
         if view.is_deserted:
             frame = replace(frame, depth=frame.depth * (frame.label > frames.labels.n_parts))
         angle = math.nan if view.headings is None else float(view.headings[index])
-        said = ask(frame, angle)
+        said = ask(frame, angle, edges)
         told = (said.proposals, said.proposal_confidence, said.probability, said.hidden_probability, said.spread)
         is_hidden = frame.is_occluded if places is None else frame.is_occluded[places]
         return (*told, edges, facing_towards(angle), np.float32(said.body_share)), own, is_hidden

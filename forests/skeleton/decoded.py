@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit
 
-from forests.calibration import logistic
+from forests.calibration import logistic, probability_of
 from forests.estimate import JointEstimate
 from forests.skeleton.answers import Answers, edges_of
 from forests.skeleton.frame import decode_frame
@@ -156,19 +156,14 @@ def answer_frame(
         angle: (2,) float32 to fill where there is a network: the two likeliest headings [rad].
         sureness: (2,) float32 to fill likewise: their probabilities.
     """
-    n_outcomes, n_joints, n_terms = weights.shape
+    n_outcomes, n_joints, _ = weights.shape
     decode_frame(answers, 0, prior, trunk, network, rules, out)
     joints, choice, terms = out.joints, out.choice, out.terms
     if len(network.b1) > 0:
         hypotheses_of(out.sectors, angle, sureness)
     for joint in range(n_joints):
         for k in range(n_outcomes):
-            logit = 0.0
-            for i in range(n_terms):
-                logit += weights[k, joint, i] * terms[joint, i]
-            probability[k, joint] = 1.0 / (1.0 + math.exp(-min(max(logit, -30.0), 30.0)))
-            if np.isnan(logit):
-                probability[k, joint] = np.nan
+            probability[k, joint] = probability_of(weights[k, joint], terms[joint])
         if np.isnan(weights[0, joint, 0]):
             probability[0, joint] = answers.within[0, joint]
         elif np.isnan(joints[joint, 0]):

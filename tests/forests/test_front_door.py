@@ -21,11 +21,10 @@ from forests.oarf.storage import pack_model, save_model
 from forests.oarf.tune import untuned
 from forests.records import to_json
 from forests.rwf.config import RWFConfig
-from forests.rwf.evidence import TERMS
-from forests.rwf.model import ExpertTree, Limbs, RWFModel
+from forests.rwf.evidence import OUTCOMES, TERMS
+from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
 from forests.rwf.predict import Predictor as RWFPredictor
 from forests.rwf.storage import save_model as save_walks
-from forests.rwf.walk import WalkPlan
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 
 CAMERA = Intrinsics(100.0, 100.0, 15.5, 11.5)
@@ -85,9 +84,9 @@ def random_walk_forest() -> RWFModel:
     gate = np.tile(np.float32([0, np.inf]), (2, 1, 1))
     plan = WalkPlan(np.arange(2, dtype=np.int32), none, ones, ones, np.zeros(2, np.int32), gate, 2, 3)
     limbs = Limbs(none, np.tile(np.float32([0, np.inf]), (2, 1)))
-    weights = np.full((2, len(TERMS)), np.nan, np.float32)
+    weights = np.full((len(OUTCOMES), 2, len(TERMS)), np.nan, np.float32)
     config = RWFConfig(n_trees=1, n_clusters=1)
-    return RWFModel(config, LABELS, LABELS.joints, ((tree,), (tree,)), plan, limbs, weights, weights)
+    return RWFModel(config, LABELS, LABELS.joints, ((tree,), (tree,)), plan, limbs, weights)
 
 
 @pytest.fixture(params=sorted(KINDS))

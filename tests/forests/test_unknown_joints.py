@@ -235,8 +235,8 @@ def test_a_parent_that_some_frames_lack_and_a_joint_that_validation_lacks():
     model = train_rwf(without(frames, 1, lacking), walks.CONFIG, validation=without(held_out, FOOT))
     assert model.joints == full.joints
     assert model.limbs.parent.tolist() == full.limbs.parent.tolist()
-    assert np.isnan(model.within_weights[FOOT]).all()
-    assert np.isfinite(model.within_weights[:FOOT]).all()
+    assert np.isnan(model.weights[:, FOOT]).all()
+    assert np.isfinite(model.weights[:, :FOOT]).all()
     assert model.plan.start_from[FOOT] == 1
     assert model.plan.scatter_m[FOOT] == np.float32(walks.CONFIG.scatter_m)
     test = walks.people(30, 2)

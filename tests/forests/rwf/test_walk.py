@@ -6,14 +6,17 @@ import pytest
 from forests.crops import crop_image
 from forests.features import probe
 from forests.frames import Intrinsics
-from forests.rwf.model import ExpertTree, walk_tables
-from forests.rwf.walk import WalkPlan, WalkTables, gather, read_depth, spread_of, walk_joint, walk_skeleton
+from forests.rwf.model import ExpertTree, WalkPlan
+from forests.rwf.tables import WEIGHT_ONE, WalkTables, walk_tables
+from forests.rwf.walk import describe_votes, gather, read_depth, walk_joint, walk_skeleton
+from forests.skeleton.answers import edges_of
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 from tests import reference_forests_rwf as reference
 
 CAMERA = Intrinsics(100.0, 110.0, 47.5, 35.5)
 INTRINSICS = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy], np.float32)
 OPEN_GATE = (0.0, np.inf)
+EDGES = edges_of((72, 96), CAMERA)
 
 
 def plan_of(
@@ -115,9 +118,18 @@ def test_a_vote_that_is_always_right_is_where_the_walk_ends():
     tables = walk_tables(((one_leaf((0.3, 0.0, 0.1)),),))
     ends, votes = walked(wall, tables, plan_of(n_steps=1, n_walks=200, scatter_m=0.02), (0.0, 0.0, 2.0))
     np.testing.assert_allclose(ends[0, :3], [0.3, 0.0, 2.11], atol=0.015)
-    spread, weight = spread_of(votes, ends[0])
-    assert 0.02 < spread < 0.04
-    assert weight == pytest.approx(1.0)
+    said = np.empty(3, np.float32)
+    describe_votes(votes, ends[0], EDGES, said)
+    assert 0.02 < said[0] < 0.04
+    assert said[1:] == pytest.approx([1.0, 0.0])
+
+
+def test_votes_outside_the_image_are_counted_by_their_weight():
+    left, top, right, _ = EDGES.tolist()
+    votes = np.float32([[0, 0, 2, 1], [2.02 * right, 0, 2, 2], [0, 2.02 * top, 2, 3], [1.98 * left, 0, 2, 4]])
+    said = np.empty(3, np.float32)
+    describe_votes(votes, votes[0], EDGES, said)
+    assert said[1:] == pytest.approx([2.5, 0.5])
 
 
 def test_a_leaf_with_two_clusters_has_two_ends_by_their_shares():
@@ -133,7 +145,7 @@ def test_scattered_clusters_weigh_less():
     sharp, wide = one_leaf((0.4, 0.0, 0.0)), one_leaf((-0.4, 0.0, 0.0))
     wide = wide._replace(spread=np.float32([[0.1]]))
     tables = walk_tables(((sharp, wide),))
-    np.testing.assert_allclose(tables.vote[:, 0, 3], [1.0, 0.125])
+    np.testing.assert_allclose(tables.vote[:, 0, 3] / WEIGHT_ONE, [1.0, 0.125], atol=2e-5)
 
 
 def test_the_gate_snaps_points_to_the_surface_and_lets_go_where_nothing_is():
@@ -160,11 +172,12 @@ def test_a_joint_starts_from_its_parents_estimate():
     right, down = one_leaf((1.0, 0.0, 0.0)), one_leaf((0.0, 1.0, 0.0))
     tables = walk_tables(((right,), (down,), (down,)))
     plan = plan_of(3, n_steps=1, scatter_m=1e-4, parents=[-1, 0, -1])
-    ends, spread, weight = np.empty((3, 2, 4), np.float32), np.empty(3, np.float32), np.empty(3, np.float32)
-    walk_skeleton(wall, INTRINSICS, tables, plan, np.float32([0, 0, 2]), 0, ends, spread, weight)
+    ends, said = np.empty((3, 2, 4), np.float32), np.empty((3, 3), np.float32)
+    walk_skeleton(wall, INTRINSICS, tables, plan, np.float32([0, 0, 2]), 0, EDGES, ends, said)
     np.testing.assert_allclose(ends[:, 0, :3], [[1, 0, 2], [1, 1, 2], [0, 1, 2]], atol=1e-3)
-    np.testing.assert_allclose(spread, 0.0, atol=1e-3)
-    np.testing.assert_allclose(weight, 1.0)
+    np.testing.assert_allclose(said[:, 0], 0.0, atol=1e-3)
+    np.testing.assert_allclose(said[:, 1], 1.0)
+    np.testing.assert_array_equal(said[:, 2] > 0.99, [True, True, True])
 
 
 def test_the_same_seed_walks_the_same_walk_and_another_seed_another():

@@ -189,7 +189,7 @@ def test_forests_are_shown_frames_whole_cut_or_without_the_person():
     frames = FrameBatch(depth[None], label[None], joints[None], CAMERA, labels)
     seen = []
 
-    def ask(frame, heading):
+    def ask(frame, heading, _edges):
         seen.append((frame.depth, heading))
         n = len(NAMES)
         nothing = np.zeros((n, 1), np.float32)
