@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 WITHIN_M = 0.1
 """A joint counts as found within this [m] (Shotton et al. 2011)."""
+_FREE_RIDGE = 0.1
+"""Strength of the prior of weights of the first term."""
+_NEWTON_STEPS, _SHORTEST, _ARRIVED = 50, 1e-4, 1e-7
 
 
 def logistic(weights: NDArray[np.float32], values: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -70,6 +73,96 @@ def fit_logistic(values: ArrayLike, outcome: ArrayLike, ridge: float = 1.0) -> N
     w = np.where(is_constant, 0.0, w / np.where(is_constant, 1.0, scale))
     w[0] -= (w * centre).sum()
     return w
+
+
+def fit_logistic_alike(
+    values: NDArray[np.float64],
+    outcome: NDArray[np.bool_],
+    is_known: NDArray[np.bool_],
+    ridge: float = 1.0,
+    own_ridge: float = 10.0,
+) -> NDArray[np.float64]:
+    """Weights of logistic regressions that are alike: those of each group lie about weights that all groups share.
+
+    A group's weights have a Gaussian prior about the shared ones, and these about 0, but for the first term, whose
+    weight is nearly free; otherwise as `fit_logistic`. So a few hundred samples a group are enough for many terms.
+
+    Args:
+        values: (n, n_groups, n_terms) float, finite where known, the first term is 1.
+        outcome: (n, n_groups) bool.
+        is_known: (n, n_groups) bool, which samples there are.
+        ridge: Strength of the prior of the shared weights, as in `fit_logistic`.
+        own_ridge: Strength of the prior of a group's distance from them.
+
+    Returns:
+        (n_groups, n_terms) float64; NaN of groups without samples.
+
+    Raises:
+        ValueError: No samples at all.
+    """
+    if not is_known.any():
+        raise ValueError("no sample is known")
+    n_groups, n_terms = values.shape[1:]
+    rows = values[is_known]
+    centre, scale = rows.mean(axis=0), rows.std(axis=0)
+    centre[0], scale[0] = 0.0, 1.0
+    is_constant = scale < 1e-9
+    scale = np.where(is_constant, 1.0, scale)
+    standard = np.where(is_known[:, :, None] & ~is_constant, (values - centre) / scale, 0.0).transpose(1, 0, 2)
+    n, n_true = is_known.sum(axis=0), (outcome & is_known).sum(axis=0)
+    y = np.where(outcome, (n_true + 1.0) / (n_true + 2.0), 1.0 / (n - n_true + 2.0)).T
+    penalty = np.full((1 + n_groups, n_terms), own_ridge)
+    penalty[0], penalty[:, 0] = ridge, _FREE_RIDGE
+    found = _newton(standard, y, is_known.T.astype(np.float64), penalty.reshape(-1))
+    weights = (found[:n_terms] + found[n_terms:].reshape(n_groups, n_terms)) * ~is_constant / scale
+    weights[:, 0] -= weights @ centre
+    return np.where((n > 0)[:, None], weights, np.nan)
+
+
+def _newton(
+    terms: NDArray[np.float64],
+    y: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    penalty: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """((1 + n_groups) * n_terms,): the shared weights and each group's distance from them, by Newton's method.
+
+    Args:
+        terms: (n_groups, n, n_terms).
+        y: (n_groups, n), 0..1.
+        weight: (n_groups, n), of the samples.
+        penalty: ((1 + n_groups) * n_terms,), above 0.
+    """
+    n_groups, _, n_terms = terms.shape
+    found = np.zeros(len(penalty))
+
+    def logits(flat: NDArray[np.float64]) -> NDArray[np.float64]:
+        own = flat.reshape(1 + n_groups, n_terms)
+        return np.asarray((terms @ (own[0] + own[1:])[:, :, None])[:, :, 0])
+
+    def loss(flat: NDArray[np.float64]) -> float:
+        logit = logits(flat)
+        return float((weight * (np.logaddexp(0.0, logit) - y * logit)).sum() + 0.5 * (penalty * flat**2).sum())
+
+    least = loss(found)
+    for _ in range(_NEWTON_STEPS):
+        p = 1.0 / (1.0 + np.exp(-np.clip(logits(found), -500.0, 500.0)))
+        slope = ((weight * (p - y))[:, None, :] @ terms)[:, 0]
+        curve = (terms * (weight * p * (1.0 - p))[:, :, None]).transpose(0, 2, 1) @ terms
+        slopes = np.concatenate([slope.sum(axis=0)[None], slope]).reshape(-1) + penalty * found
+        curves = np.zeros((1 + n_groups, n_terms, 1 + n_groups, n_terms))
+        curves[0, :, 0] = curve.sum(axis=0)
+        for group in range(n_groups):
+            curves[1 + group, :, 1 + group] = curves[0, :, 1 + group] = curves[1 + group, :, 0] = curve[group]
+        step = np.linalg.solve(curves.reshape(len(penalty), -1) + np.diag(penalty), slopes)
+        size = 1.0
+        while size > _SHORTEST and loss(found - size * step) > least:
+            size *= 0.5
+        found = found - size * step
+        gain, least = least - loss(found), loss(found)
+        if gain < _ARRIVED:
+            break
+    return found
 
 
 class Reliability(NamedTuple):

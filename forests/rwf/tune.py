@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.boxes import BOX_MARGIN_M, upper_body_box
-from forests.calibration import WITHIN_M, fit_logistic
+from forests.calibration import WITHIN_M, fit_logistic_alike
 from forests.frames import FrameSequence, Pinhole, is_known
 from forests.rwf.evidence import OUTCOMES, TERMS
 from forests.rwf.model import RWFModel, WalkPlan
@@ -94,18 +94,19 @@ def tune(model: RWFModel, frames: FrameSequence) -> RWFModel:
     """Learns on frames that a forest was not trained on how its experts walk and how probable their answers are.
 
     Walks start in the middle of the true upper-body box, as far off as the config's `box_noise_m` says; frames
-    that show nothing are left out.
+    that show nothing are left out. Probabilities are learned on starts that are not off, too, and on images that end
+    on the person.
 
     Args:
         model: A forest, tuned or not.
         frames: Validation frames.
     """
     config = model.config
-    whole, cut = (
-        views_of(frames, model.joints, config.box_joints, noise_m=config.box_noise_m, is_cut=is_cut)
-        for is_cut in (False, True)
+    exact, started, cut = (
+        views_of(frames, model.joints, config.box_joints, noise_m=noise_m, is_cut=is_cut)
+        for noise_m, is_cut in ((0.0, False), (config.box_noise_m, False), (config.box_noise_m, True))
     )
-    return calibrated(choose_walks(model, whole), whole, cut)
+    return calibrated(choose_walks(model, started), [*exact, *started, *cut])
 
 
 def choose_walks(model: RWFModel, views: list[View]) -> RWFModel:
@@ -121,33 +122,26 @@ def choose_walks(model: RWFModel, views: list[View]) -> RWFModel:
     return replace(model, plan=_chosen_plan(model, views)) if views else model
 
 
-def calibrated(model: RWFModel, views: list[View], cut: list[View] | None = None) -> RWFModel:
+def calibrated(model: RWFModel, views: list[View]) -> RWFModel:
     """Fits a forest's probabilities on the frames that know a joint.
 
     Args:
         model: A forest whose plan is settled.
         views: Frames that it was not trained on.
-        cut: The same of images that end on the person: "not in the image" is fitted on these too.
     """
     weights = np.full((len(OUTCOMES), len(model.joints), len(TERMS)), np.nan, np.float32)
-    if not views:
-        return replace(model, weights=weights)
-    cut = cut or []
     walker = Predictor(model)
-    walks = [walker.walk(view.depth, view.camera, view.start, view.edges) for view in (*views, *cut)]
-    terms = np.stack([walked.terms for walked in walks])
-    truth = np.stack([view.joints for view in (*views, *cut)])
-    outcomes = {
-        "within": np.linalg.norm(np.stack([w.ends[:, 0, :3] for w in walks]) - truth, axis=2) <= WITHIN_M,
-        "hidden": np.stack([view.is_occluded for view in (*views, *cut)]),
-        "outside": is_outside(truth, np.stack([view.edges for view in (*views, *cut)])),
-    }
+    walks = [walker.walk(view.depth, view.camera, view.start, view.edges) for view in views]
+    truth = np.stack([view.joints for view in views]) if views else np.empty((0, len(model.joints), 3))
     has_truth = is_known(truth)
-    for k, name in enumerate(OUTCOMES):
-        can_learn = has_truth & ((np.arange(len(truth)) < len(views)) | (name == "outside"))[:, None]
-        for joint in np.flatnonzero(can_learn.any(axis=0)):
-            rows = can_learn[:, joint]
-            weights[k, joint] = fit_logistic(terms[rows, joint], outcomes[name][rows, joint])
+    if has_truth.any():
+        terms = np.stack([walked.terms for walked in walks])
+        outcomes = (
+            np.linalg.norm(np.stack([walked.ends[:, 0, :3] for walked in walks]) - truth, axis=2) <= WITHIN_M,
+            np.stack([view.is_occluded for view in views]),
+            is_outside(truth, np.stack([view.edges for view in views])),
+        )
+        weights[:] = [fit_logistic_alike(terms, outcome, has_truth) for outcome in outcomes]
     return replace(model, weights=weights)
 
 

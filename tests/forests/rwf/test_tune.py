@@ -71,8 +71,8 @@ def test_a_joint_is_outside_where_it_was_outside_the_validation_images():
     model = model_that_knows_offsets((0.3, 0, 0), (0, 0.2, 0))
     inside, outside = view_of((0.3, 0, 2), (0.3, 0.2, 2)), view_of((0.3, 0, 2), (0.3, 5, 2))
     start = np.float32([0, 0, 2])
-    for views, cut, expected in (([inside], [], [0, 0]), ([outside], [], [0, 1]), ([inside], [outside] * 5, [0, 1])):
-        tuned = calibrated(model, views * 20, cut * 20)
+    for views, expected in (([inside], [0, 0]), ([outside], [0, 1]), ([inside, *[outside] * 5], [0, 1])):
+        tuned = calibrated(model, views * 20)
         said = Predictor(tuned).predict(inside.depth + np.uint16(1), CAMERA, start=start).outside_probability
         np.testing.assert_array_equal(said > 0.5, expected)
 
