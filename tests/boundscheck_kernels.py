@@ -101,7 +101,11 @@ def walk() -> None:
     plan = WalkPlan(
         np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, 0.1 * one, np.int32([1]), gate[None, None], 3, 5
     )
-    ends, said, edges = np.empty((1, 3, 4), np.float32), np.empty((1, 3), np.float32), edges_of(depth.shape, CAMERA)
+    ends, said, edges = (
+        np.empty((1, 3, 4), np.float32),
+        np.empty((1, 3), np.float32),
+        edges_of(depth.shape, CAMERA),
+    )
     intrinsics = np.float32([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     for place in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
         walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, edges, ends, said)

@@ -75,9 +75,7 @@ def _read(pixels: np.ndarray, place: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _places(
-    here: np.ndarray, dx: np.ndarray, dy: np.ndarray, width: int, height: int, out: np.ndarray
-) -> None:
+def _places(here: np.ndarray, dx: np.ndarray, dy: np.ndarray, width: int, height: int, out: np.ndarray) -> None:
     """Numbers of the pixels that probes read, row-major; -1 outside the image. Vectorises: no branch, no load by index.
 
     Args:

@@ -48,7 +48,9 @@ def test_packed_trees_decide_as_the_trees_do(n_leaves):
                     np.testing.assert_allclose(votes[:, 3] / WEIGHT_ONE, weight, atol=1 / WEIGHT_ONE)
                     continue
                 for name in ("u", "v"):
-                    np.testing.assert_allclose(packed[name] * tables.probe_m, own[name], atol=0.51 * tables.probe_m)
+                    np.testing.assert_allclose(
+                        packed[name] * tables.probe_m, own[name], atol=0.51 * tables.probe_m
+                    )
                 assert packed["threshold"] == np.clip(own["threshold"], -2001, 2000)
                 assert packed["next"] % 2 == 0, "a pair of children lies in one line of the cache"
                 waiting += [(own["left"] + side, packed["next"] + side) for side in (0, 1)]
