@@ -265,18 +265,6 @@ def is_known(joints: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(joints).all(axis=-1))
 
 
-def pixels_of(joints: NDArray[np.float32], camera: Pinhole, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """(n,) int64: number of the pixel that each joint falls on, row-major; -1 outside the image or if NaN."""
-    place = np.full(len(joints), -1, np.int64)
-    ahead = np.flatnonzero(joints[:, 2] > 0)
-    x, y, z = joints[ahead].T.astype(np.float64)
-    u = np.floor(camera.fx * x / z + camera.cx + 0.5)
-    v = np.floor(camera.fy * y / z + camera.cy + 0.5)
-    is_inside = (u >= 0) & (u < shape[1]) & (v >= 0) & (v < shape[0])
-    place[ahead[is_inside]] = (v * shape[1] + u)[is_inside].astype(np.int64)
-    return place
-
-
 def check_depth(depth: np.ndarray) -> NDArray[np.uint16]:
     """A depth image as the forests read it.
 

@@ -11,9 +11,9 @@ from forests.boxes import Box, inside_crop
 from forests.calibration import logistic
 from forests.crops import crop_image
 from forests.estimate import JointEstimate
-from forests.frames import Hints, Pinhole, check_depth, pixels_of
+from forests.frames import Hints, Pinhole, check_depth
 from forests.oarf.descend import asked_of, check_hints, descend, flatten, leaves_with_hints, with_hints
-from forests.oarf.evidence import Evidence, terms
+from forests.oarf.evidence import Evidence, pixels_of, terms
 from forests.oarf.model import OARFModel
 from forests.oarf.peaks import find_peaks
 from forests.oarf.vote import Votes, VoteTable, cast, choose_voters, vote_table
