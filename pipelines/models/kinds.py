@@ -152,7 +152,8 @@ def _rwf_tools() -> Tools:
 def _rwf_training_s(config: Any, n_train: int, n_val: int) -> float:
     """7 us a point, tree and joint; 120 ms a frame to tune on, in one thread."""
     n_joints = len(config.joints) or len(config.skeleton)
-    return 0.12 * n_val + 7e-6 * n_joints * config.n_trees * config.n_points * n_train
+    n_images = (1.0 + config.cut_share) * n_train
+    return 0.12 * n_val + 7e-6 * n_joints * config.n_trees * config.n_points * n_images
 
 
 KINDS: Mapping[str, ModelKind] = {

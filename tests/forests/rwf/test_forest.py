@@ -12,8 +12,11 @@ from forests.modelfile import ModelFileError
 from forests.rwf.config import RWFConfig
 from forests.rwf.forest import RandomWalkForest
 from forests.rwf.predict import Predictor
+from forests.rwf.start import seen_box
 from forests.rwf.storage import load_model, pack_model, pack_tree, save_model, unpack_model, unpack_tree
-from forests.rwf.train import train
+from forests.rwf.train import read_frames, train
+from forests.skeleton.answers import cut_frame, edges_of
+from forests.skeleton.learn import is_outside
 
 CAMERA = Intrinsics(100.0, 100.0, 47.5, 35.5)
 LABELS = LabelTable(("body",), ("table",), ("head", "neck", "foot"))
@@ -88,6 +91,41 @@ def test_it_finds_the_joints_of_toy_people_behind_tables_too(forest):
     assert (errors < 0.1).mean() > 0.85
     start_errors = np.linalg.norm(TEST.joints - TEST.joints[:, :2].mean(axis=1, keepdims=True), axis=2)
     assert errors[:, 2].mean() < 0.2 * start_errors[:, 2].mean()
+
+
+def test_joints_of_cut_images_are_more_probably_outside(forest):
+    told = []
+    for frame in TEST:
+        edges, start = edges_of(frame.depth.shape, CAMERA), frame.joints[:2].mean(axis=0)
+        cut, cut_edges = cut_frame(frame, frame.joints, edges, np.random.default_rng(0))
+        walker = Predictor(forest.model_)
+        outside = is_outside(frame.joints[None], cut_edges[None])[0]
+        for image, ends, is_out in ((frame.depth, edges, 0 * outside), (cut.depth, cut_edges, outside)):
+            told.append(
+                (walker.predict_joints(image, CAMERA, start=start, edges=ends).outside_probability, is_out)
+            )
+    said, truth = np.concatenate(told, axis=1)
+    assert 0.1 < truth.mean() < 0.4
+    assert said[truth > 0].mean() > said[truth == 0].mean() + 0.3
+
+
+def test_cut_images_follow_their_frames():
+    places = np.arange(3, dtype=np.int32)
+    whole = read_frames(TRAINING, replace(CONFIG, cut_share=0.0), places, lambda share: None)
+    both = read_frames(TRAINING, replace(CONFIG, cut_share=1.0), places, lambda share: None)
+    np.testing.assert_array_equal(both.joints, np.repeat(whole.joints, 2, axis=0))
+    np.testing.assert_array_equal(both.starts[::2], whole.starts)
+    area = both.crops.width * both.crops.height
+    np.testing.assert_array_equal(area[::2], whole.crops.width * whole.crops.height)
+    assert (area[1::2] < area[::2]).mean() > 0.9
+
+
+def test_a_box_is_seen_where_the_image_is():
+    edges = edges_of((72, 96), CAMERA)
+    assert seen_box((-5, 10, 200, 20), CAMERA, edges) == pytest.approx((0, 10, 96, 20), abs=1e-4)
+    assert seen_box((3, 4, 5, 6), CAMERA, edges) == pytest.approx((3, 4, 5, 6))
+    assert seen_box((100, 0, 110, 20), CAMERA, edges) is None
+    assert seen_box(None, CAMERA, edges) is None
 
 
 def test_an_estimate_has_all_that_users_read(forest):
