@@ -132,7 +132,8 @@ def calibrated(model: RWFModel, views: list[View]) -> RWFModel:
     weights = np.full((len(OUTCOMES), len(model.joints), len(TERMS)), np.nan, np.float32)
     walker = Predictor(model)
     walks = [walker.walk(view.depth, view.camera, view.start, view.edges) for view in views]
-    truth = np.stack([view.joints for view in views]) if views else np.empty((0, len(model.joints), 3))
+    nowhere = np.empty((0, len(model.joints), 3), np.float32)
+    truth = np.stack([view.joints for view in views]) if views else nowhere
     has_truth = is_known(truth)
     if has_truth.any():
         terms = np.stack([walked.terms for walked in walks])
