@@ -104,3 +104,121 @@ class Frame:
     def joints_2d(self) -> NDArray[np.float64]:
         """(15, 2) float64 joint centres [px]; NaN where the state is UNKNOWN."""
         return self.camera.project(self.joints)
+
+
+@dataclass(frozen=True)
+class PersonRecord:
+    """One person of a whole scene, but for the arrays.
+
+    Attributes:
+        number: Their number in the frame's `person` image, from 1.
+        subject_id: Identifier of the body; nobody is in a frame twice.
+        subject: The BodySpec's fields as plain JSON values.
+        pose_family: Which kind of pose.
+        pose_id: Identifier of the pose draw, or of the captured pose; splits never share one.
+        group: What they do with others: "alone", "facing", "queue", "table" or "passing".
+        group_number: People of one group share it; from 1.
+        activity: The scene family for who is alone ("unhidden", "laptop_table", ...); else the group's name.
+        seat: Instance of the object that they sit on; 0 if none.
+        visible_fraction: Their pixels in the composite over those of their body alone; 0 if it has none.
+    """
+
+    number: int
+    subject_id: str
+    subject: dict[str, object]
+    pose_family: str
+    pose_id: str
+    group: str
+    group_number: int
+    activity: str
+    seat: int
+    visible_fraction: float
+
+
+@dataclass(frozen=True)
+class RoomInfo:
+    """Everything about a whole scene that is not an array.
+
+    Attributes:
+        seed: The corpus seed.
+        index: The frame's number in the corpus; (seed, index) alone make the frame.
+        split: "train", "val" or "test".
+        room_id: Identifier of the room ("room/living/train/00003"); splits never share one.
+        room: The RoomSpec's fields as plain JSON values.
+        people: The people, in order of number.
+        objects: Surfaces, furniture of the room and objects of the people, in order of instance.
+    """
+
+    seed: int
+    index: int
+    split: str
+    room_id: str
+    room: dict[str, object]
+    people: tuple[PersonRecord, ...] = ()
+    objects: tuple[ObjectRecord, ...] = ()
+
+
+@dataclass(frozen=True)
+class PersonView:
+    """One person of a whole scene, as arrays.
+
+    Attributes:
+        box: (left, top, width, height) of the crops in the image [px]; all 0 if the image shows nothing of them.
+        body_depth: (height, width) uint16 crop: depth of the person alone [mm], 0 = nothing.
+        body_part: (height, width) uint8 crop: parts of the person alone.
+        joints: (15, 3) float32 joint centres, camera frame [m].
+        joint_state: (15,) uint8 `JointState`.
+        joint_visible_fraction: (15,) float32, share of the surface over the joint that the composite shows.
+        part_visible_fraction: (32,) float32 by part label: composite pixels over body-alone pixels; 0 where none.
+        angles: (n_dof,) float32 joint angles of the skeleton [rad].
+        T_world_root: (4, 4) float64, pose of the body's root.
+    """
+
+    box: tuple[int, int, int, int]
+    body_depth: NDArray[np.uint16]
+    body_part: NDArray[np.uint8]
+    joints: NDArray[np.float32]
+    joint_state: NDArray[np.uint8]
+    joint_visible_fraction: NDArray[np.float32]
+    part_visible_fraction: NDArray[np.float32]
+    angles: NDArray[np.float32]
+    T_world_root: NDArray[np.float64]
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """Rows and columns of the crops in the image."""
+        left, top, width, height = self.box
+        return slice(top, top + height), slice(left, left + width)
+
+
+@dataclass(frozen=True)
+class RoomFrame:
+    """One labelled depth image of a whole scene: a room, the people in it, and what is seen of each of them alone.
+
+    Every pixel with depth belongs to a part of one person, or to an object or a surface, and no other has a label.
+
+    Attributes:
+        depth: (height, width) uint16 composite depth along the optical axis [mm], 0 = nothing.
+        part: (height, width) uint8 composite body part 1..31, 0 elsewhere.
+        person: (height, width) uint8 number of the person, 0 elsewhere.
+        occluder: (height, width) uint8 code in `SCENE_CLASSES` of objects and surfaces, 0 elsewhere.
+        instance: (height, width) uint8 number of the object or surface, 0 elsewhere.
+        people: The people, in order of number.
+        T_world_camera: (4, 4) float64, pose of the camera; the world's origin is the middle of the room's floor.
+        camera: Intrinsics.
+        info: Everything else.
+    """
+
+    depth: NDArray[np.uint16]
+    part: NDArray[np.uint8]
+    person: NDArray[np.uint8]
+    occluder: NDArray[np.uint8]
+    instance: NDArray[np.uint8]
+    people: tuple[PersonView, ...]
+    T_world_camera: NDArray[np.float64]
+    camera: Camera
+    info: RoomInfo = field(repr=False)
+
+    def joints_2d(self, k: int) -> NDArray[np.float64]:
+        """(15, 2) float64 joint centres of person k, counted from 0 [px]."""
+        return self.camera.project(self.people[k].joints)

@@ -77,6 +77,14 @@ OCCLUDER_CLASSES: tuple[str, ...] = (
 """Occluder class names by code: 0 is none."""
 OCCLUDER_CODE: dict[str, int] = {name: code for code, name in enumerate(OCCLUDER_CLASSES)}
 
+SURFACE_CLASSES: tuple[str, ...] = ("floor", "wall", "ceiling", "background")
+"""What a room is made of; "background" is what belongs to it and has no occluder class: shelves, curtains, pillars."""
+SCENE_CLASSES: tuple[str, ...] = OCCLUDER_CLASSES + SURFACE_CLASSES
+"""Names by code in whole scenes: the occluder classes keep their codes, the surfaces follow them."""
+SCENE_CODE: dict[str, int] = {name: code for code, name in enumerate(SCENE_CLASSES)}
+MAX_PEOPLE = 8
+"""Of one whole scene."""
+
 SPLITS: tuple[str, ...] = ("train", "val", "test")
 """Names of the splits by code; who and what stands in one stands in no other."""
 
@@ -93,3 +101,11 @@ class JointState(IntEnum):
     """The joint projects outside the image, or lies behind the camera."""
     UNKNOWN = 4
     """Not annotated, in recorded frames; its coordinates are NaN, and those of no other joint are."""
+    OCCLUDED_BY_PERSON = 5
+    """Another person stands between the camera and the surface over the joint; in whole scenes only."""
+
+
+SINGLE_STATES: tuple[JointState, ...] = tuple(
+    state for state in JointState if state is not JointState.OCCLUDED_BY_PERSON
+)
+"""States of joints in frames that show one person."""

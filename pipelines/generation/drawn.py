@@ -1,7 +1,7 @@
 """Frames drawn from a seed and settings, as an order for a corpus."""
 
 import functools
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 from pipelines.corpus import Order
 from pipelines.errors import UserError
@@ -31,7 +31,7 @@ def drawn_order(
     Raises:
         UserError: A library cannot be used.
     """
-    config: dict[str, object] = {"renderer": renderer, "scene": asdict(scene)}
+    config: dict[str, object] = {"renderer": renderer, "scene": scene.told()}
     if poses is not None:
         poses = replace(poses, digest=pose_mix(poses).library.digest)
         config["poses"] = poses.told()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.geometry import LabelledMesh
-from synth.vocabulary import N_PARTS, OCCLUDER_CLASSES
+from synth.vocabulary import N_PARTS, SCENE_CLASSES
 
 NEAR = 0.25
 """Default near plane [m]: nothing closer is drawn."""
@@ -25,7 +25,7 @@ class RenderObject:
 
     Attributes:
         mesh: Its surface in its own frame; the face labels are not used.
-        class_code: Code of its class in `OCCLUDER_CLASSES`.
+        class_code: Code of its class in `SCENE_CLASSES`.
         instance: Its number in the frame, 1..255, unique.
         T_world_mesh: (4, 4) float64.
     """
@@ -41,10 +41,10 @@ class RenderObject:
                 f"instance={self.instance} must be in 1..{MAX_INSTANCES}: "
                 f"a frame holds at most {MAX_INSTANCES} objects"
             )
-        if not 1 <= self.class_code < len(OCCLUDER_CLASSES):
+        if not 1 <= self.class_code < len(SCENE_CLASSES):
             raise ValueError(
-                f"class_code={self.class_code} must be in 1..{len(OCCLUDER_CLASSES) - 1}, "
-                f"the codes of {', '.join(OCCLUDER_CLASSES[1:])}"
+                f"class_code={self.class_code} must be in 1..{len(SCENE_CLASSES) - 1}, "
+                f"the codes of {', '.join(SCENE_CLASSES[1:])}"
             )
 
 

@@ -6,6 +6,7 @@ from storage.ranges import check_fields, check_number, check_span
 from synth.bodies.spec import WARDROBES, Wardrobe
 from synth.camera import Camera
 from synth.render.presets import camera_named, mounting_named
+from synth.scene.room.config import PeopleConfig, RoomConfig, check_rooms
 
 DRAWS_PER_BLOCK = 60
 """Consecutive frames of a split that share a pool of subjects and objects."""
@@ -115,6 +116,8 @@ class SceneConfig:
             of the population.
         stature_share: Share of the adults whose stature is drawn from that range. Those of the others follow the
             population, in which very tall people are rare.
+        room: The rooms around the people. By default there are none, and every frame shows one person cut out.
+        people: How many people are in a room, and in which groups.
     """
 
     scenes: SceneWeights = field(default_factory=SceneWeights)
@@ -141,6 +144,8 @@ class SceneConfig:
     child_share: float = 0.15
     stature: tuple[float, float] = (1.5, 2.0)
     stature_share: float = 0.5
+    room: RoomConfig = field(default_factory=RoomConfig)
+    people: PeopleConfig = field(default_factory=PeopleConfig)
 
     def __post_init__(self) -> None:
         self.make_camera()
@@ -158,6 +163,14 @@ class SceneConfig:
         check_fields(self, dict.fromkeys(_SHARES, (0.0, 1.0)))
         if self.wardrobe not in WARDROBES:
             raise ValueError(f"wardrobe={self.wardrobe!r} is unknown; known are {', '.join(WARDROBES)}")
+        check_rooms(self.room, self.people, self.distance)
+
+    def told(self) -> dict[str, object]:
+        """The settings as values by name; without rooms, nothing is said of rooms and who is in them."""
+        values = asdict(self)
+        if not self.room.is_on:
+            del values["room"], values["people"]
+        return values
 
     def make_camera(self) -> Camera:
         """The camera that all frames are seen through."""

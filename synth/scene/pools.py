@@ -71,24 +71,35 @@ class Pools:
         config: How many frames share a subject or object.
         seed: The corpus seed.
         imported: Imported objects among the procedural ones.
+        max_subjects: How many subjects are kept.
     """
 
-    def __init__(self, config: SceneConfig, seed: int, imported: ObjectMix | None = None) -> None:
+    def __init__(
+        self,
+        config: SceneConfig,
+        seed: int,
+        imported: ObjectMix | None = None,
+        max_subjects: int = _MAX_SUBJECTS,
+    ) -> None:
         self._config = config
         self._seed = seed
         self._subjects: OrderedDict[tuple[str, int, str], Subject] = OrderedDict()
         self._specs: OrderedDict[tuple[str, int], BodySpec] = OrderedDict()
         self._objects: OrderedDict[tuple[str, str, int], PooledObject] = OrderedDict()
         self._imported = imported
+        self._max_subjects = max_subjects
         self._models: OrderedDict[str, PooledObject] = OrderedDict()
 
     def draw_subject(self, split: str, frame_idx: int, rng: np.random.Generator, is_seated: bool) -> Subject:
         """One of the subjects of the frame's block, dressed for a seat if they sit."""
-        number = _draw_number(frame_idx, self._config.frames_per_subject, rng)
+        return self.subject(split, _draw_number(frame_idx, self._config.frames_per_subject, rng), is_seated)
+
+    def subject(self, split: str, number: int, is_seated: bool) -> Subject:
+        """The subject of a number, dressed for a seat if they sit."""
         spec = self._subject_spec(split, number)
         spec = dressed_to_sit(spec) if is_seated else spec
         key = (split, number, spec.bottom)
-        return _cached(self._subjects, key, _MAX_SUBJECTS, lambda: _make_subject(spec, split, number))
+        return cached(self._subjects, key, self._max_subjects, lambda: _make_subject(spec, split, number))
 
     def draw_object(
         self, class_name: str, split: str, frame_idx: int, rng: np.random.Generator, kinds: tuple[str, ...] = ()
@@ -100,12 +111,12 @@ class Pools:
         """
         model = None if self._imported is None else self._imported.draw(class_name, split, kinds, rng)
         if model is not None:
-            return _cached(self._models, model.name, _MAX_OBJECTS, lambda: _pooled(model))
+            return cached(self._models, model.name, _MAX_OBJECTS, lambda: _pooled(model))
         kinds = kinds or registry.KINDS[class_name]
         number = _draw_number(frame_idx, self._config.frames_per_object, rng)
         kind = kinds[number % len(kinds)]
         key = (split, kind, number)
-        return _cached(
+        return cached(
             self._objects, key, _MAX_OBJECTS, lambda: self._make_object(class_name, kind, split, number)
         )
 
@@ -121,7 +132,7 @@ class Pools:
             stature = round(float(rng.uniform(*self._config.stature)), 3)
             return replace(spec, stature=stature, mass=round(spec.mass * (stature / spec.stature) ** 2, 1))
 
-        return _cached(self._specs, (split, number), _MAX_OBJECTS, draw)
+        return cached(self._specs, (split, number), _MAX_OBJECTS, draw)
 
     def _make_object(self, class_name: str, kind: str, split: str, number: int) -> PooledObject:
         kind_idx = registry.KINDS[class_name].index(kind)
@@ -153,17 +164,19 @@ def _make_subject(spec: BodySpec, split: str, number: int) -> Subject:
     return Subject(f"subject/{split}/{number:05d}", body, vertex_part, spec.plain())
 
 
-def _per_block(frames_each: int) -> int:
+def per_block(frames_each: int) -> int:
+    """How many entries a block of frames shares, for each to be in so many frames on average."""
     return -(-DRAWS_PER_BLOCK // frames_each)
 
 
 def _draw_number(frame_idx: int, frames_each: int, rng: np.random.Generator) -> int:
     """Number of one of the entries that the frame's block of the split shares."""
-    per_block = _per_block(frames_each)
-    return (frame_idx // DRAWS_PER_BLOCK) * per_block + int(rng.integers(per_block))
+    n_each = per_block(frames_each)
+    return (frame_idx // DRAWS_PER_BLOCK) * n_each + int(rng.integers(n_each))
 
 
-def _cached(cache: OrderedDict[Key, Value], key: Key, n_max: int, make: Callable[[], Value]) -> Value:
+def cached(cache: OrderedDict[Key, Value], key: Key, n_max: int, make: Callable[[], Value]) -> Value:
+    """What a cache has under a key, made now if it has nothing; the entry that was used longest ago makes room."""
     if key in cache:
         cache.move_to_end(key)
         return cache[key]

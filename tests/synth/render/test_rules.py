@@ -264,8 +264,8 @@ def test_bad_input_is_refused_in_one_sentence() -> None:
         RenderObject(mesh, 1, 256)
     with pytest.raises(ValueError, match="instance=0 must be"):
         RenderObject(mesh, 1, 0)
-    with pytest.raises(ValueError, match=r"class_code=8 must be in 1\.\.7, the codes of table, laptop"):
-        RenderObject(mesh, 8, 1)
+    with pytest.raises(ValueError, match=r"class_code=12 must be in 1\.\.11, the codes of table, laptop"):
+        RenderObject(mesh, 12, 1)
     with pytest.raises(ValueError, match="instance=4 is given twice"):
         draw(MIDDLE, None, RenderObject(mesh, 1, 4), RenderObject(mesh, 2, 4))
     with pytest.raises(ValueError, match=r"mesh of object 2 has faces with vertex indices 0\.\.9"):

@@ -1,0 +1,245 @@
+"""Puts a camera and groups of people into a room, each on floor that nothing else takes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.camera import Camera
+from synth.geometry import look_at, transform_points
+from synth.render.presets import Mounting, mounting_named
+from synth.scene.config import SceneConfig
+from synth.scene.placement import Assembly, pose_on_floor
+from synth.scene.room.groups import Group, Member
+from synth.scene.room.occupancy import Occupancy, footprint
+from synth.scene.room.shell import BuiltRoom
+
+EYE_ROOM = 0.25
+"""The camera keeps this far from the room's furniture, beside what people keep [m]."""
+PEOPLE_FROM_EYE = 0.5
+"""Nobody, and nothing that belongs to them, is nearer to the camera than this, seen from above [m]."""
+GROUP_ROOM = 0.2
+"""Groups keep this far from each other, seen from above [m]."""
+IN_VIEW_SHARE = 0.9
+"""Share of the groups that are put where the camera looks."""
+TRIES_IN_VIEW, TRIES_ANYWHERE = 40, 15
+ALIGNED_SHARE = 0.7
+"""Share of the groups with objects that are turned as the walls are."""
+LEAST_VIEW = 1.5
+"""The camera looks at a place that is at least so far away [m]."""
+AIM = (0.9, 0.25)
+"""Mean and standard deviation of the height that the camera looks at [m]."""
+HEAD_ROOM = 0.2
+"""The camera stays this far below the ceiling [m]."""
+WITHIN_VIEW = 0.42
+"""Groups are put within this share of the horizontal field of view, on each side of its middle."""
+
+
+@dataclass(frozen=True)
+class Eye:
+    """A camera in a room.
+
+    Attributes:
+        T_world_camera: (4, 4).
+        heading: Direction of the optical axis seen from above [rad].
+    """
+
+    T_world_camera: NDArray[np.float64]
+    heading: float
+
+    @property
+    def place(self) -> NDArray[np.float64]:
+        """(2,) where it stands, seen from above [m]."""
+        return self.T_world_camera[:2, 3]
+
+
+@dataclass(frozen=True)
+class PlacedPerson:
+    """Somebody in a room.
+
+    Attributes:
+        member: Who, and how they sit or stand.
+        T_world_person: (4, 4).
+        group: Kind of their group.
+        group_number: From 1.
+        seat: Index of their seat among the people's objects; -1 if they have none.
+    """
+
+    member: Member
+    T_world_person: NDArray[np.float64]
+    group: str
+    group_number: int
+    seat: int
+
+    def joints(self) -> NDArray[np.float64]:
+        """(15, 3) joint centres, world frame [m]."""
+        return transform_points(self.T_world_person, self.member.person.joints())
+
+
+@dataclass(frozen=True)
+class Gathering:
+    """The people of a room and what belongs to them.
+
+    Attributes:
+        people: In order of number.
+        objects: World frame; `stands_on` counts within them.
+    """
+
+    people: tuple[PlacedPerson, ...] = ()
+    objects: Assembly = ()
+
+    def with_group(self, group: Group, T_world_group: NDArray[np.float64]) -> "Gathering":
+        """The gathering with a further group at a pose."""
+        first = len(self.objects)
+        number = 1 + max((one.group_number for one in self.people), default=0)
+        people = tuple(
+            PlacedPerson(
+                member,
+                T_world_group @ member.T_group_person,
+                group.kind,
+                number,
+                member.seat + first if member.seat >= 0 else -1,
+            )
+            for member in group.members
+        )
+        objects = tuple(
+            replace(
+                item,
+                T_world_object=T_world_group @ item.T_world_object,
+                stands_on=item.stands_on + first if item.stands_on >= 0 else -1,
+            )
+            for item in group.objects
+        )
+        return Gathering((*self.people, *people), (*self.objects, *objects))
+
+
+def draw_eye(
+    config: SceneConfig, room: BuiltRoom, floor: Occupancy, rng: np.random.Generator
+) -> Eye | None:
+    """Draws a camera that stands on free floor and looks across the room.
+
+    Args:
+        config: Mounting, and ranges that replace its own.
+        room: The room.
+        floor: What is taken of it.
+        rng: Source of randomness.
+    """
+    mounting = mounting_named(config.mounting)
+    place, target = floor.draw_free(rng), floor.draw_free(rng)
+    if place is None or target is None:
+        return None
+    view = target - place
+    if np.hypot(*view) < LEAST_VIEW or not floor.is_free(_ring(place, EYE_ROOM)):
+        return None
+    return eye_at(place, float(np.arctan2(view[1], view[0])), mounting, config, room, rng)
+
+
+def eye_at(
+    place: NDArray[np.float64],
+    heading: float,
+    mounting: Mounting,
+    config: SceneConfig,
+    room: BuiltRoom,
+    rng: np.random.Generator,
+) -> Eye:
+    """A camera at a place, with height, pitch and roll drawn.
+
+    Args:
+        place: (2,) seen from above [m].
+        heading: Where it looks, seen from above [rad].
+        mounting: Its ranges.
+        config: Ranges that replace them.
+        room: Its ceiling bounds the height.
+        rng: Source of randomness.
+    """
+    low, high = config.height or mounting.height
+    top = room.spec.height - HEAD_ROOM
+    height = float(rng.uniform(min(low, top), min(high, top)))
+    distance = float(rng.uniform(*(config.distance or mounting.distance)))
+    pitch = float(np.clip(np.arctan2(height - rng.normal(*AIM), distance), *mounting.pitch))
+    roll = float(np.clip(rng.normal(0.0, 0.02), -0.05, 0.05))
+    eye = np.array([place[0], place[1], height])
+    target = eye + np.array([np.cos(heading), np.sin(heading), -np.tan(pitch)])
+    return Eye(look_at(eye, target, roll), heading)
+
+
+def gather(
+    groups: Iterator[Group | None],
+    n_people: int,
+    floor: Occupancy,
+    eye: Eye,
+    camera: Camera,
+    distance: tuple[float, float],
+    rng: np.random.Generator,
+) -> Gathering | None:
+    """Puts groups into a room until enough people are there.
+
+    Args:
+        groups: Groups, none larger than who is still missing; None for one that could not be drawn.
+        n_people: How many people there shall be.
+        floor: What is taken; changed.
+        eye: The camera, which most groups stand before.
+        camera: Its field of view.
+        distance: Range of a group's distance from the camera [m].
+        rng: Source of randomness.
+
+    Returns:
+        The people, or None if the groups end, or find no place, before all are there.
+    """
+    floor.take(eye.place[None], PEOPLE_FROM_EYE)
+    gathering = Gathering()
+    for group in groups:
+        if group is not None:
+            T = _find_place(group, floor, eye, camera, distance, rng)
+            if T is None:
+                return None
+            gathering = gathering.with_group(group, T)
+            floor.take(transform_points(T, _lifted(footprint(group.points())))[:, :2], GROUP_ROOM)
+        if len(gathering.people) == n_people:
+            return gathering
+    return None
+
+
+def _find_place(
+    group: Group,
+    floor: Occupancy,
+    eye: Eye,
+    camera: Camera,
+    distance: tuple[float, float],
+    rng: np.random.Generator,
+) -> NDArray[np.float64] | None:
+    """A pose of a group on free floor, before the camera if it can be."""
+    prints = footprint(group.points())
+    middle = 0.5 * (prints.min(axis=0) + prints.max(axis=0))
+    half_view = np.arctan2(0.5 * camera.width, camera.fx) * 2.0 * WITHIN_VIEW
+    is_in_view = rng.random() < IN_VIEW_SHARE
+    for attempt in range((TRIES_IN_VIEW if is_in_view else 0) + TRIES_ANYWHERE):
+        if is_in_view and attempt < TRIES_IN_VIEW:
+            bearing = eye.heading + float(rng.uniform(-half_view, half_view))
+            way = float(rng.uniform(*distance))
+            at = eye.place + way * np.array([np.cos(bearing), np.sin(bearing)])
+        else:
+            drawn = floor.draw_free(rng)
+            if drawn is None:
+                return None
+            at = drawn
+        yaw = float(rng.uniform(-np.pi, np.pi))
+        if group.objects and rng.random() < ALIGNED_SHARE:
+            yaw = float(np.round(yaw / (np.pi / 2)) * np.pi / 2 + rng.normal(0.0, 0.03))
+        T = pose_on_floor(0.0, 0.0, yaw)
+        T[:2, 3] = at - T[:2, :2] @ middle
+        if floor.is_free(prints @ T[:2, :2].T + T[:2, 3]):
+            return T
+    return None
+
+
+def _lifted(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) points on the floor."""
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _ring(place: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    """(n, 2) a place and points round it."""
+    bearing = np.arange(8) * (np.pi / 4)
+    return np.concatenate([place[None], place + radius * np.stack([np.cos(bearing), np.sin(bearing)], axis=1)])
