@@ -191,26 +191,27 @@ def gather(
     gathering = Gathering()
     for group in groups:
         if group is not None:
-            T = _find_place(group, floor, eye, camera, distance, rng)
+            prints = footprint(group.points())
+            T = _find_place(prints, bool(group.objects), floor, eye, camera, distance, rng)
             if T is None:
                 return None
             gathering = gathering.with_group(group, T)
-            floor.take(transform_points(T, _lifted(footprint(group.points())))[:, :2], GROUP_ROOM)
+            floor.take(prints @ T[:2, :2].T + T[:2, 3], GROUP_ROOM)
         if len(gathering.people) == n_people:
             return gathering
     return None
 
 
 def _find_place(
-    group: Group,
+    prints: NDArray[np.float64],
+    has_objects: bool,
     floor: Occupancy,
     eye: Eye,
     camera: Camera,
     distance: tuple[float, float],
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
-    """A pose of a group on free floor, before the camera if it can be."""
-    prints = footprint(group.points())
+    """A pose of a group on free floor, before the camera if it can be; `prints` (n, 2) is the floor under it [m]."""
     middle = 0.5 * (prints.min(axis=0) + prints.max(axis=0))
     half_view = np.arctan2(0.5 * camera.width, camera.fx) * 2.0 * WITHIN_VIEW
     is_in_view = rng.random() < IN_VIEW_SHARE
@@ -225,18 +226,13 @@ def _find_place(
                 return None
             at = drawn
         yaw = float(rng.uniform(-np.pi, np.pi))
-        if group.objects and rng.random() < ALIGNED_SHARE:
+        if has_objects and rng.random() < ALIGNED_SHARE:
             yaw = float(np.round(yaw / (np.pi / 2)) * np.pi / 2 + rng.normal(0.0, 0.03))
         T = pose_on_floor(0.0, 0.0, yaw)
         T[:2, 3] = at - T[:2, :2] @ middle
         if floor.is_free(prints @ T[:2, :2].T + T[:2, 3]):
             return T
     return None
-
-
-def _lifted(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 3) points on the floor."""
-    return np.column_stack([points, np.zeros(len(points))])
 
 
 def _ring(place: NDArray[np.float64], radius: float) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ class Cast(Pools):
 
 
 class Rooms:
-    """The rooms of a corpus, made from (seed, split, kind, number) alone.
+    """The rooms of a corpus, made from (seed, split, number) alone.
 
     Args:
         config: What they are drawn from.
@@ -72,17 +72,16 @@ class Rooms:
         self._kinds = config.room.drawn_kinds()
         weights = np.array([getattr(config.room.kinds, kind) for kind in self._kinds])
         self._shares = weights / weights.sum()
-        self._rooms: OrderedDict[tuple[str, str, int], tuple[BuiltRoom, Occupancy]] = OrderedDict()
+        self._rooms: OrderedDict[tuple[str, int], tuple[BuiltRoom, Occupancy]] = OrderedDict()
 
     def draw(self, split: str, frame_idx: int, rng: np.random.Generator) -> tuple[BuiltRoom, Occupancy]:
         """One of the rooms of the frame's block, and its taken floor, which must not be changed."""
-        kind = self._kinds[int(rng.choice(len(self._kinds), p=self._shares))]
         n_rooms = per_block(self._config.frames_per_room)
         number = (frame_idx // DRAWS_PER_BLOCK) * n_rooms + int(rng.integers(n_rooms))
-        return cached(self._rooms, (split, kind, number), _MAX_ROOMS, lambda: self._make(split, kind, number))
+        return cached(self._rooms, (split, number), _MAX_ROOMS, lambda: self._make(split, number))
 
-    def _make(self, split: str, kind: str, number: int) -> tuple[BuiltRoom, Occupancy]:
-        kind_idx = ("living", "office", "hall").index(kind)
-        rng = np.random.default_rng([self._seed, _ROOM_STREAM, SPLITS.index(split), number, kind_idx])
+    def _make(self, split: str, number: int) -> tuple[BuiltRoom, Occupancy]:
+        rng = np.random.default_rng([self._seed, _ROOM_STREAM, SPLITS.index(split), number])
+        kind = self._kinds[int(rng.choice(len(self._kinds), p=self._shares))]
         room = build_room(sample_room(kind, self._config, rng), f"room/{kind}/{split}/{number:05d}")
         return room, taken_floor(room)

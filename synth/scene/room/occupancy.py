@@ -3,6 +3,7 @@
 from typing import Self
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 CELL = 0.05
@@ -38,13 +39,8 @@ class Occupancy:
 
     def take(self, points: NDArray[np.float64], radius: float) -> None:
         """Takes every cell within a radius of points (n, 2) [m]."""
-        cells = np.unique(self.cells_of(points), axis=0)
-        reach = int(np.ceil(radius / CELL))
-        i, j = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-        is_near = np.hypot(i, j) * CELL <= radius
-        spread = (cells[:, None] + np.stack([i[is_near], j[is_near]], axis=1)).reshape(-1, 2)
-        inside = spread[self._is_inside(spread)]
-        self.is_taken[inside[:, 0], inside[:, 1]] = True
+        is_there = np.zeros(self.is_taken.shape, np.bool_)
+        _spread(self.cells_of(points), int(np.ceil(radius / CELL)), (radius / CELL) ** 2, is_there, self.is_taken)
 
     def is_free(self, points: NDArray[np.float64]) -> bool:
         """Whether points (n, 2) [m] lie inside the rectangle, on free cells."""
@@ -66,7 +62,51 @@ class Occupancy:
 
 
 def footprint(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 2) one point for each cell that points (m, 3) stand over."""
-    cells = np.floor(points[:, :2] / (0.5 * CELL)).astype(np.int64)
-    keys = (cells[:, 0] << 32) + (cells[:, 1] & 0xFFFFFFFF)
-    return points[np.unique(keys, return_index=True)[1], :2]
+    """(n, 2) one place [m] for each piece of floor, half a cell wide, that points (m, 3) stand over."""
+    step = 0.5 * CELL
+    low = np.floor(points[:, :2].min(axis=0) / step).astype(np.int64)
+    high = np.floor(points[:, :2].max(axis=0) / step).astype(np.int64)
+    is_there = np.zeros(high - low + 1, np.bool_)
+    _stand_over(points, step, low, is_there)
+    return (np.argwhere(is_there) + low + 0.5) * step
+
+
+@njit(cache=True, nogil=True)
+def _stand_over(
+    points: NDArray[np.float64], step: float, low: NDArray[np.int64], is_there: NDArray[np.bool_]
+) -> None:
+    """Marks the cells, counted from `low`, that points (n, 3) stand over."""
+    for i in range(points.shape[0]):
+        x = int(np.floor(points[i, 0] / step)) - low[0]
+        y = int(np.floor(points[i, 1] / step)) - low[1]
+        is_there[x, y] = True
+
+
+@njit(cache=True, nogil=True)
+def _spread(
+    cells: NDArray[np.int64],
+    reach: int,
+    square: float,
+    is_there: NDArray[np.bool_],
+    is_taken: NDArray[np.bool_],
+) -> None:
+    """Takes all cells near some cells.
+
+    Args:
+        cells: (n, 2) int64, inside the grid or not.
+        reach: Cells to go in every direction.
+        square: Greatest square of a distance [cells].
+        is_there: (n_x, n_y) bool zeros: cells inside that have been gone through.
+        is_taken: (n_x, n_y) bool, changed.
+    """
+    n_x, n_y = is_taken.shape
+    for i in range(cells.shape[0]):
+        x, y = cells[i, 0], cells[i, 1]
+        if 0 <= x < n_x and 0 <= y < n_y:
+            if is_there[x, y]:
+                continue
+            is_there[x, y] = True
+        for a in range(max(x - reach, 0), min(x + reach, n_x - 1) + 1):
+            for b in range(max(y - reach, 0), min(y + reach, n_y - 1) + 1):
+                if (a - x) * (a - x) + (b - y) * (b - y) <= square:
+                    is_taken[a, b] = True

@@ -7,13 +7,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.frame import ObjectRecord
 from synth.geometry import transform_points, translation
 from synth.occluders.background import catalogue
 from synth.occluders.kit.parts import Part, filled, occluder
 from synth.occluders.kit.shapes import box
 from synth.occluders.kit.spec import Spec
 from synth.occluders.model import BOX, Occluder
-from synth.scene.placement import PlacedObject
+from synth.scene.placement import PlacedObject, record_of
 from synth.scene.room.occupancy import CELL, Occupancy
 from synth.scene.room.spec import BEYOND, N_WALLS, Opening, RoomSpec
 
@@ -44,12 +45,16 @@ class BuiltRoom:
         spec: What it was made from.
         items: Surfaces first (floor, walls, ceiling), then the pieces in the spec's order; room frame.
         n_surfaces: How many of the items are surfaces.
+        plain: The spec as plain JSON values.
+        records: What a frame stores of each item that it does not show.
     """
 
     room_id: str
     spec: RoomSpec
     items: tuple[PlacedObject, ...]
     n_surfaces: int
+    plain: dict[str, object]
+    records: tuple[ObjectRecord, ...]
 
 
 def build_room(spec: RoomSpec, room_id: str) -> BuiltRoom:
@@ -73,7 +78,8 @@ def build_room(spec: RoomSpec, room_id: str) -> BuiltRoom:
         spec_id = f"{room_id}/{piece.spec['kind']}_{k}"
         points = made.mesh.vertices.astype(np.float64)
         items.append(PlacedObject(spec_id, piece.spec, made, piece.pose(), points, stands_on=stands_on))
-    return BuiltRoom(room_id, spec, tuple(items), n_surfaces)
+    records = tuple(record_of(item, k, 0.0) for k, item in enumerate(items, start=1))
+    return BuiltRoom(room_id, spec, tuple(items), n_surfaces, spec.plain(), records)
 
 
 @lru_cache(maxsize=64)

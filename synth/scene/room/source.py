@@ -1,13 +1,13 @@
 """RoomSource: makes any frame of a corpus of whole scenes from (configuration, seed, split, number) alone."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
-from synth.frame import PersonRecord, PersonView, RoomFrame, RoomInfo
+from synth.frame import ObjectRecord, PersonRecord, PersonView, RoomFrame, RoomInfo
 from synth.geometry import inverse, transform_points
 from synth.render.among import PersonVisibility, measure_person, object_fractions
 from synth.render.presets import mounting_named
@@ -50,7 +50,7 @@ class _Seen:
         room: The room.
         gathering: Who is in it.
         eye: The camera.
-        objects: Those of the room that give depth, then the people's.
+        objects: Those of the room, then the people's.
         drawn: The image.
         labels: Of every person.
     """
@@ -184,23 +184,19 @@ class RoomSource:
     def _look(self, room: BuiltRoom, gathering: Gathering, eye: Eye) -> _Seen | None:
         """Draws the scene; None if its view is not one that a camera would be put up for."""
         T_camera_world = inverse(eye.T_world_camera)
-        surfaces = self.config.room.surfaces
-        kept = (
-            item
-            for item in room.items
-            if item.occluder.class_name not in SURFACE_CLASSES or item.occluder.class_name in surfaces
-        )
-        objects = (*kept, *gathering.objects)
+        unseen = set(SURFACE_CLASSES) - set(self.config.room.surfaces)
+        objects = (*room.items, *gathering.objects)
         people = [RenderPerson(one.member.person.mesh(), one.T_world_person) for one in gathering.people]
         things = [
             RenderObject(item.occluder.mesh, SCENE_CODE[item.occluder.class_name], k, item.T_world_object)
             for k, item in enumerate(objects, start=1)
-            if _may_be_seen(item.occluder.mesh.vertices, T_camera_world @ item.T_world_object, self._camera)
+            if item.occluder.class_name not in unseen
+            and _may_be_seen(item.occluder.mesh.vertices, T_camera_world @ item.T_world_object, self._camera)
         ]
         drawn = self._renderer.render_room(T_camera_world, people, things)
         n_pixels = drawn.depth.size
         n_close = np.count_nonzero((drawn.depth > 0) & (drawn.depth < CLOSE_MM))
-        is_empty = np.count_nonzero(drawn.depth) < MIN_DEPTH_SHARE * n_pixels and "floor" in surfaces
+        is_empty = np.count_nonzero(drawn.depth) < MIN_DEPTH_SHARE * n_pixels and not unseen
         if n_close > MAX_CLOSE_SHARE * n_pixels or is_empty:
             return None
         labels = tuple(
@@ -217,7 +213,13 @@ class RoomSource:
     def _frame(self, index: int, split: str, frame_idx: int, seen: _Seen) -> RoomFrame:
         T_camera_world = inverse(seen.eye.T_world_camera)
         n_before = len(seen.objects) - len(seen.gathering.objects)
-        fractions = object_fractions(seen.drawn)
+        fractions = np.zeros(len(seen.objects) + 1)
+        measured = object_fractions(seen.drawn)
+        fractions[: len(measured)] = measured
+        of_people = tuple(
+            record_of(item, k, float(fractions[k]))
+            for k, item in enumerate(seen.gathering.objects, start=n_before + 1)
+        )
         records, views = [], []
         for k, (one, labels) in enumerate(zip(seen.gathering.people, seen.labels, strict=True)):
             pose_id = one.member.person.pose.source_id or f"pose/{split}/{frame_idx:07d}/{k + 1}"
@@ -229,12 +231,9 @@ class RoomSource:
             index=index,
             split=split,
             room_id=seen.room.room_id,
-            room=seen.room.spec.plain(),
+            room=seen.room.plain,
             people=tuple(records),
-            objects=tuple(
-                record_of(item, k, float(fractions[k]) if k < len(fractions) else 0.0)
-                for k, item in enumerate(seen.objects, start=1)
-            ),
+            objects=(*_seen_records(seen.room, fractions), *of_people),
         )
         drawn = seen.drawn
         return RoomFrame(
@@ -248,6 +247,14 @@ class RoomSource:
             camera=self._camera,
             info=info,
         )
+
+
+def _seen_records(room: BuiltRoom, fractions: NDArray[np.float64]) -> tuple[ObjectRecord, ...]:
+    """What a frame stores of a room's items, by the visible fraction of each instance."""
+    return tuple(
+        replace(record, visible_fraction=float(fractions[k])) if fractions[k] > 0.0 else record
+        for k, record in enumerate(room.records, start=1)
+    )
 
 
 def _number_of(subject_id: str) -> int:
