@@ -4,6 +4,8 @@ The names here are all that most programs need; each is loaded when it is first 
 
 - Frames: `FrameSource` draws them from a `SceneConfig`; a `Frame` holds depth, labels and joints. `PoseMix` and
   `ObjectMix` add captured poses and imported objects; a `Composer` puts objects before recorded people.
+- Whole scenes: `RoomSource` draws rooms with several people where the settings have a `RoomConfig` and a
+  `PeopleConfig`; a `RoomFrame` holds a `PersonView` of each.
 - Cameras and sensors: `Camera`, `camera_named`, `free_camera`; `apply_sensor` makes clean depth a measured one.
 - Bodies: `sample_body` draws a `BodySpec`, `make_body` builds it, `draw_base` and `draw_arms` pose it.
 - Objects: the package `synth.occluders` draws and builds furniture; `solid_distances` measures how near it is.
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from synth.bodies.shape.make import make_body
     from synth.bodies.spec import BodySpec, sample_body
     from synth.camera import Camera
-    from synth.frame import Frame, FrameInfo
+    from synth.frame import Frame, FrameInfo, PersonView, RoomFrame, RoomInfo
     from synth.geometry import LabelledMesh, translation
     from synth.occluders.model import Occluder
     from synth.occluders.solids.distance import solid_distances
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from synth.scene.composed.config import ComposeConfig, ComposeWeights
     from synth.scene.config import SceneConfig, SceneWeights
     from synth.scene.objects import ObjectMix
+    from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
+    from synth.scene.room.source import RoomSource
     from synth.scene.source import FrameSource
     from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
 
@@ -59,8 +63,15 @@ __all__ = [
     "LabelledMesh",
     "ObjectMix",
     "Occluder",
+    "PeopleConfig",
+    "PersonView",
     "Pose",
     "PoseMix",
+    "RoomConfig",
+    "RoomFrame",
+    "RoomInfo",
+    "RoomSource",
+    "RoomWeights",
     "SceneConfig",
     "SceneWeights",
     "apply_sensor",
@@ -104,6 +115,9 @@ __getattr__, __dir__ = exports(
         "synth.frame": (
             "Frame",
             "FrameInfo",
+            "PersonView",
+            "RoomFrame",
+            "RoomInfo",
         ),
         "synth.geometry": (
             "LabelledMesh",
@@ -130,6 +144,12 @@ __getattr__, __dir__ = exports(
             "SceneWeights",
         ),
         "synth.scene.objects": ("ObjectMix",),
+        "synth.scene.room.config": (
+            "PeopleConfig",
+            "RoomConfig",
+            "RoomWeights",
+        ),
+        "synth.scene.room.source": ("RoomSource",),
         "synth.scene.source": ("FrameSource",),
         "synth.vocabulary": (
             "BONES",

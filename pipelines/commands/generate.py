@@ -15,7 +15,7 @@ from pipelines.generation.libraries import LibraryUse
 from pipelines.generation.writing import write_shown
 from pipelines.settings import defaults_from
 from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
-from synth.scene import FrameSource, SceneConfig
+from synth.scene import FrameSource, RoomSource, SceneConfig
 from synth.scene.composed import ComposeConfig
 
 log = logging.getLogger(__name__)
@@ -84,7 +84,7 @@ class GenerateSettings:
         log.info("%d frames in %s", order.n_frames, self.out)
         return 0
 
-    def order(self) -> Order[FrameSource] | Order[ComposedFrames]:
+    def order(self) -> Order[FrameSource | RoomSource] | Order[ComposedFrames]:
         """What `write_corpus` is to make.
 
         Raises:

@@ -11,6 +11,7 @@ from pipelines.corpus.frameinfo import split_ids
 from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.read import Corpus
+from pipelines.corpus.rooms.laws import broken_room_laws
 from pipelines.corpus.write import ZARR_NAME, shard_files
 from pipelines.errors import CorpusError
 from synth.vocabulary import SPLITS
@@ -80,7 +81,7 @@ def _record_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
     """Whether manifest, records and the split array say the same."""
     numbers = np.arange(line.first, line.first + line.n_frames)
     try:
-        infos = [corpus.info(int(i)) for i in numbers]
+        infos = [corpus.record(int(i)) for i in numbers]
         splits = corpus.arrays("split", numbers)
     except CorpusError as error:
         yield f"shard {line.shard}: {error}"
@@ -95,9 +96,13 @@ def _record_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
 def _law_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
     for index in range(line.first, min(line.first + line.n_frames, line.first + SHARD_FRAMES)):
         try:
-            frame = corpus[index]
+            broken = (
+                broken_room_laws(corpus.scene(index), corpus.header)
+                if corpus.header.has_rooms
+                else broken_laws(corpus[index], corpus.header)
+            )
         except CorpusError as error:
             yield f"frame {index}: {error}"
             continue
-        for sentence in broken_laws(frame, corpus.header):
+        for sentence in broken:
             yield f"frame {index}: {sentence}"

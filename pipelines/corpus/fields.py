@@ -1,5 +1,6 @@
 """The arrays of a corpus: what each field of a frame is called, holds and measures on disk."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ class Field:
         shape: Shape of one frame's entry.
         unit: Unit, or "" for codes and shares.
         meaning: One sentence for the array's attributes.
+        n_layers: A frame's entry is stored as so many maps, each a compressed chunk of its own.
     """
 
     name: str
@@ -28,6 +30,7 @@ class Field:
     shape: tuple[int, ...]
     unit: str
     meaning: str
+    n_layers: int = 1
 
     @property
     def is_image(self) -> bool:
@@ -39,8 +42,23 @@ class Field:
         """The element type, little endian."""
         return np.dtype(self.dtype).newbyteorder("<")
 
+    @property
+    def n_chunks(self) -> int:
+        """Compressed chunks of a full shard."""
+        return SHARD_FRAMES * self.n_layers
 
-IMAGES = ("depth", "part", "occluder", "instance", "hidden_depth", "hidden_part")
+    @property
+    def chunk_shape(self) -> tuple[int, ...]:
+        """Shape of one compressed chunk, its first axis the frame."""
+        return (1, *self.shape) if self.n_layers == 1 else (1, 1, *self.shape[1:])
+
+    @property
+    def n_chunk_bytes(self) -> int:
+        """Bytes of one chunk before it is compressed."""
+        return math.prod(self.chunk_shape) * self.numpy_dtype.itemsize
+
+
+IMAGES = ("depth", "part", "person", "occluder", "instance", "hidden_depth", "hidden_part")
 """Stored maps; hidden_* is the body layer where the composite does not show it."""
 
 

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
-from pipelines.corpus.header import HEADER_NAME, Angles, Header, build_header, read_header
+from pipelines.corpus.header import HEADER_NAME, SCHEMA_VERSION, Angles, Header, build_header, read_header
 from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
 from storage.ranges import MAX_FRAMES, MAX_SEED, check_number
+from synth.frame import Frame
 
 SourceT_co = TypeVar("SourceT_co", bound=FrameSource, covariant=True)
 
@@ -29,6 +30,7 @@ class Order(Generic[SourceT_co]):
         n_frames: How many frames, at least 1.
         config: Resolved configuration as JSON values; saved, and compared when going on.
         angles: Names and limits of the skeleton's joint angles; saved.
+        schema_version: 1 for frames that show one person, 2 for whole scenes.
         make_source: Makes the frame source; must be picklable for several workers.
     """
 
@@ -37,6 +39,7 @@ class Order(Generic[SourceT_co]):
     config: dict
     make_source: Callable[[], SourceT_co] = field(repr=False)
     angles: Angles = ()
+    schema_version: int = SCHEMA_VERSION
 
     def __post_init__(self) -> None:
         try:
@@ -77,8 +80,8 @@ def prepare_folder(root: Path, order: Order) -> Header:
         if foreign:
             raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
         frame = make_frame(order.make_source(), 0)
-        size = frame.depth.shape
-        document = build_header(order.seed, order.n_frames, order.config, order.angles, size, len(frame.angles))
+        n_dof = len(frame.angles) if isinstance(frame, Frame) else len(order.angles)
+        document = _document(order, frame.depth.shape, n_dof)
         write_atomically(root / HEADER_NAME, json.dumps(document, indent=1) + "\n")
     header = read_header(root)
     _refuse_other_order(root, header, order)
@@ -86,10 +89,16 @@ def prepare_folder(root: Path, order: Order) -> Header:
     return header
 
 
+def _document(order: Order, size: tuple[int, int], n_dof: int) -> dict:
+    """What corpus.json says of an order."""
+    return build_header(
+        order.seed, order.n_frames, order.config, order.angles, size, n_dof, order.schema_version
+    )
+
+
 def _refuse_other_order(root: Path, header: Header, order: Order) -> None:
-    size = (header.height, header.width)
-    asked = build_header(order.seed, order.n_frames, order.config, order.angles, size, header.n_dof)
-    for name in ("seed", "n_frames", "config", "labels", "software"):
+    asked = _document(order, (header.height, header.width), header.n_dof)
+    for name in ("schema_version", "seed", "n_frames", "config", "labels", "software"):
         there, here = getattr(header, name), asked[name]
         if there != here:
             difference = first_difference(name, there, here)

@@ -12,18 +12,38 @@ from pathlib import Path
 import numpy as np
 
 from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
+from pipelines.corpus.rooms.fields import room_fields_of
 from pipelines.errors import CorpusError
 from storage.ranges import MAX_FRAMES, MAX_SEED
 from synth.camera import MAX_SIDE
-from synth.vocabulary import BONES, JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, SPLITS, JointState
+from synth.vocabulary import (
+    BONES,
+    JOINT_NAMES,
+    OCCLUDER_CLASSES,
+    PART_NAMES,
+    SCENE_CLASSES,
+    SINGLE_STATES,
+    SPLITS,
+    JointState,
+)
 
 SCHEMA = "undergrowth corpus"
 SCHEMA_VERSION = 1
+"""Of frames that show one person."""
+ROOM_SCHEMA_VERSION = 2
+"""Of whole scenes."""
 HEADER_NAME = "corpus.json"
 _PACKAGES = ("numpy", "numba", "numcodecs", "scipy")
 Angles = tuple[tuple[str, float, float], ...]
 """Name, lower and upper limit [rad] of each joint angle of the skeleton; empty if it has none to tell."""
 
+_ROOM_CONVENTIONS = {
+    "world": "right-handed, z up, ground z = 0, metres; the origin is the middle of the room's floor",
+    "people": "entries of people count from 0, the image `person` from 1; n_people says how many entries are used",
+    "body layer": "of person k: equal to the composite where person == k + 1 and hidden_part[k] == 0, else "
+    "hidden_depth[k] and hidden_part[k]",
+}
+"""What schema 2 says otherwise."""
 _CONVENTIONS = {
     "world": "right-handed, z up, ground z = 0, metres",
     "camera": "OpenCV axes: x right, y down, z forward; pixel centres at integers, u = fx*X/Z + cx",
@@ -38,6 +58,7 @@ class Header:
     """What corpus.json says.
 
     Attributes:
+        schema_version: 1 for frames that show one person, 2 for whole scenes.
         seed: The corpus seed.
         n_frames: Frames of the whole corpus.
         height: Image height [px].
@@ -50,6 +71,7 @@ class Header:
         digest: SHA-256 over all of the above.
     """
 
+    schema_version: int
     seed: int
     n_frames: int
     height: int
@@ -70,9 +92,16 @@ class Header:
         """Whether a real camera measured its people: `import depth`, or objects put before them."""
         return "import" in self.config or "into" in self.config
 
+    @property
+    def has_rooms(self) -> bool:
+        """Whether the frames are whole scenes."""
+        return self.schema_version == ROOM_SCHEMA_VERSION
+
     @functools.cached_property
     def fields(self) -> dict[str, Field]:
         """The stored arrays by name."""
+        if self.has_rooms:
+            return room_fields_of(self.height, self.width, self.n_dof)
         return fields_of(self.height, self.width, self.n_dof)
 
     def frames_of(self, shard: int) -> range:
@@ -80,14 +109,15 @@ class Header:
         return range(shard * SHARD_FRAMES, min(self.n_frames, (shard + 1) * SHARD_FRAMES))
 
 
-def label_tables() -> dict:
+def label_tables(schema_version: int = SCHEMA_VERSION) -> dict:
     """Names by code, as plain JSON values."""
+    has_rooms = schema_version == ROOM_SCHEMA_VERSION
     return {
         "joints": list(JOINT_NAMES),
         "bones": [list(bone) for bone in BONES],
-        "joint_states": [state.name.lower() for state in JointState],
+        "joint_states": [state.name.lower() for state in (JointState if has_rooms else SINGLE_STATES)],
         "parts": list(PART_NAMES),
-        "occluders": list(OCCLUDER_CLASSES),
+        "occluders": list(SCENE_CLASSES if has_rooms else OCCLUDER_CLASSES),
         "splits": list(SPLITS),
     }
 
@@ -113,12 +143,19 @@ def plain_json(value: object) -> object:
 
 
 def build_header(
-    seed: int, n_frames: int, config: dict, angles: Angles, size: tuple[int, int], n_dof: int
+    seed: int,
+    n_frames: int,
+    config: dict,
+    angles: Angles,
+    size: tuple[int, int],
+    n_dof: int,
+    schema_version: int = SCHEMA_VERSION,
 ) -> dict:
     """The document of corpus.json, digest last."""
+    has_rooms = schema_version == ROOM_SCHEMA_VERSION
     document = {
         "schema": SCHEMA,
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": schema_version,
         "seed": seed,
         "n_frames": n_frames,
         "height": size[0],
@@ -126,14 +163,14 @@ def build_header(
         "n_dof": n_dof,
         "shard_frames": SHARD_FRAMES,
         "config": json.loads(json.dumps(config, default=plain_json)),
-        "labels": label_tables() | {"angles": [list(angle) for angle in angles]},
-        "conventions": _CONVENTIONS,
+        "labels": label_tables(schema_version) | {"angles": [list(angle) for angle in angles]},
+        "conventions": _CONVENTIONS | (_ROOM_CONVENTIONS if has_rooms else {}),
         "software": software_versions(),
     }
     return document | {"digest": digest_of(document)}
 
 
-def _check_labels(path: Path, there: object) -> None:
+def _check_labels(path: Path, there: object, schema_version: int) -> None:
     """Refuses codes that read otherwise here.
 
     The program knows joints, states, parts and splits by their codes, so that these tables must be its own. Of the
@@ -144,7 +181,7 @@ def _check_labels(path: Path, there: object) -> None:
     angles = there.get("angles")
     if not isinstance(angles, list) or not all(map(_is_angle, angles)):
         raise CorpusError(f"{path} is damaged: its joint angles must be names with two limits")
-    for name, here in label_tables().items():
+    for name, here in label_tables(schema_version).items():
         given = there.get(name)
         if not isinstance(given, list):
             raise CorpusError(f"{path} is damaged: it has no table of {name}")
@@ -197,11 +234,14 @@ def read_header(root: Path) -> Header:
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise CorpusError(f"{path} is not the header of an undergrowth corpus")
     version = document.get("schema_version")
-    if version != SCHEMA_VERSION:
-        raise CorpusError(f"{path} has schema version {version}; this program reads version {SCHEMA_VERSION}")
+    if version not in (SCHEMA_VERSION, ROOM_SCHEMA_VERSION):
+        raise CorpusError(
+            f"{path} has schema version {version}; this program reads versions {SCHEMA_VERSION} and "
+            f"{ROOM_SCHEMA_VERSION}"
+        )
     if document.get("digest") != digest_of(document):
         raise CorpusError(f"{path} is damaged: its digest does not match its contents")
-    _check_labels(path, document.get("labels"))
+    _check_labels(path, document.get("labels"), version)
     return _header(path, document)
 
 

@@ -42,9 +42,12 @@ def open_corpora(paths: Sequence[Path]) -> tuple[Corpus, ...]:
     """Opens corpora, in the order given.
 
     Raises:
-        CorpusError: One of them cannot be opened, or two are the same.
+        CorpusError: One of them cannot be opened or holds whole scenes, or two are the same.
     """
     corpora = tuple(map(Corpus.open, paths))
+    for corpus in corpora:
+        if corpus.header.has_rooms:
+            raise CorpusError(f"{corpus.path} holds whole scenes; models are trained on frames of one person")
     first: dict[str, Path] = {}
     for corpus in corpora:
         other = first.setdefault(corpus.digest, corpus.path)

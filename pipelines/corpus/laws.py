@@ -18,7 +18,8 @@ def broken_laws(frame: Frame, header: Header) -> Iterator[str]:
         yield from law(frame, header)
 
 
-def _count(what: str, is_wrong: np.ndarray) -> Iterator[str]:
+def counted(what: str, is_wrong: np.ndarray) -> Iterator[str]:
+    """A sentence that says in how many pixels something is wrong, if in any."""
     if is_wrong.any():
         yield f"{what} in {int(is_wrong.sum())} pixels"
 
@@ -33,19 +34,19 @@ def _composite(frame: Frame, header: Header) -> Iterator[str]:
     is_wrong = (frame.depth > 0) != (person | thing)
     if _is_unlabelled(header):
         is_wrong = (frame.depth == 0) & (person | thing)
-    yield from _count("depth without a label, or a label without depth", is_wrong)
-    yield from _count("a person and an object", person & thing)
-    yield from _count("an object class without an instance, or the other way", (frame.instance > 0) != thing)
+    yield from counted("depth without a label, or a label without depth", is_wrong)
+    yield from counted("a person and an object", person & thing)
+    yield from counted("an object class without an instance, or the other way", (frame.instance > 0) != thing)
 
 
 def _body_layer(frame: Frame, header: Header) -> Iterator[str]:
     person, alone = frame.part > 0, frame.body_part > 0
     both = alone & (frame.depth > 0)
-    yield from _count("depth of the body without a part, or a part without depth", (frame.body_depth > 0) != alone)
-    yield from _count("composite behind the body", both & (frame.depth > frame.body_depth))
+    yield from counted("depth of the body without a part, or a part without depth", (frame.body_depth > 0) != alone)
+    yield from counted("composite behind the body", both & (frame.depth > frame.body_depth))
     differs = (frame.part != frame.body_part) | (frame.depth != frame.body_depth)
-    yield from _count("a seen person that differs from the body layer", person & differs)
-    yield from _count("a body that neither layer of the composite covers", alone & (frame.depth == 0))
+    yield from counted("a seen person that differs from the body layer", person & differs)
+    yield from counted("a body that neither layer of the composite covers", alone & (frame.depth == 0))
 
 
 def _labels(frame: Frame, header: Header) -> Iterator[str]:
@@ -81,10 +82,14 @@ def _joints(frame: Frame, header: Header) -> Iterator[str]:
 
 def _poses(frame: Frame, header: Header) -> Iterator[str]:
     for name in ("T_world_root", "T_world_camera"):
-        T = getattr(frame, name)
-        R = T[:3, :3]
-        if not (np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0 and T[3, 3] == 1.0):
+        if not is_rigid(getattr(frame, name)):
             yield f"{name} is no rigid transform"
+
+
+def is_rigid(T: np.ndarray) -> bool:
+    """Whether a (4, 4) matrix turns and moves and does nothing else."""
+    R = T[:3, :3]
+    return bool(np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0 and T[3, 3] == 1.0)
 
 
 def _record(frame: Frame, header: Header) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -10,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from pipelines.corpus import shards
 from pipelines.corpus.fields import SHARD_FRAMES
-from pipelines.corpus.frameinfo import parse_info, read_lines
+from pipelines.corpus.frameinfo import parse_info, parse_room_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
 from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
 from synth.camera import Camera
-from synth.frame import Frame, FrameInfo
+from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo
 from synth.vocabulary import SPLITS, JointState
 
 _SENSOR_STREAM = 0x5E450
@@ -84,6 +85,8 @@ class Corpus:
     @property
     def array_names(self) -> tuple[str, ...]:
         """What `arrays` can be asked for."""
+        if self.header.has_rooms:
+            return tuple(self.header.fields)
         return (*self.header.fields, "body_depth", "body_part")
 
     def split(self, name: str) -> NDArray[np.int64]:
@@ -97,8 +100,21 @@ class Corpus:
         return self.indices[self.arrays("split", self.indices) == SPLITS.index(name)]
 
     def info(self, index: int) -> FrameInfo:
-        """The record of a frame, without reading its arrays."""
+        """The record of a frame that shows one person, without reading its arrays."""
+        self._refuse_rooms(index)
+        info = self.record(index)
+        assert isinstance(info, FrameInfo)
+        return info
+
+    def record(self, index: int) -> FrameInfo | RoomInfo:
+        """The record of a frame of any kind, without reading its arrays."""
         return self._record(index)[0]
+
+    def _refuse_rooms(self, index: int) -> None:
+        if self.header.has_rooms:
+            raise CorpusError(
+                f"{self.path} holds whole scenes, not single people; read frame {index} with corpus.scene({index})"
+            )
 
     def camera(self, index: int) -> Camera:
         """The camera of a frame."""
@@ -141,7 +157,7 @@ class Corpus:
             CorpusError: Unknown field, frame not there, damaged or missing file.
         """
         numbers = self.indices if indices is None else np.atleast_1d(np.asarray(indices, dtype=np.int64))
-        if name in ("body_depth", "body_part"):
+        if name in ("body_depth", "body_part") and not self.header.has_rooms:
             from pipelines.corpus.layers import body_layer
 
             layers = [self._stored(n, numbers) for n in ("depth", "part", "hidden_depth", "hidden_part")]
@@ -158,6 +174,7 @@ class Corpus:
         from pipelines.corpus.layers import body_layer
 
         number = self._checked(index)
+        self._refuse_rooms(number)
         values = {name: self._stored(name, np.array([number]))[0] for name in self.header.fields}
         hidden = values.pop("hidden_depth"), values.pop("hidden_part")
         body_depth, body_part = body_layer(values["depth"], values["part"], *hidden)
@@ -171,6 +188,28 @@ class Corpus:
             camera=self.camera(number),
             info=self.info(number),
         )
+
+    def scene(self, index: int, sensor: str | None = None) -> RoomFrame:
+        """One whole scene, to the byte as it was made; with a sensor's noise on the composite depth if asked.
+
+        Raises:
+            CorpusError: The corpus holds single people; they are read with `frame`.
+        """
+        from pipelines.corpus.rooms.layers import room_frame
+
+        number = self._checked(index)
+        if not self.header.has_rooms:
+            raise CorpusError(f"{self.path} holds single people; read frame {number} with corpus.frame({number})")
+        values = {name: self._stored(name, np.array([number]))[0] for name in self.header.fields}
+        info, _ = self._record(number)
+        assert isinstance(info, RoomInfo)
+        frame = room_frame(values, self.camera(number), info)
+        return frame if sensor is None else replace(frame, depth=self._sensed(sensor, number, frame.depth))
+
+    def scenes(self, split: str | None = None, sensor: str | None = None) -> Iterator[RoomFrame]:
+        """All whole scenes, or those of one split, in order of number."""
+        for index in self.indices if split is None else self.split(split):
+            yield self.scene(int(index), sensor)
 
     def frames(self, split: str | None = None, sensor: str | None = None) -> Iterator[Frame]:
         """All frames, or those of one split, in order of number."""
@@ -205,7 +244,7 @@ class Corpus:
         if name == "joints":
             # Recordings may be stored with zeros for what is unknown.
             is_unknown = self._stored("joint_state", numbers) == JointState.UNKNOWN
-            out[is_unknown & ~out.any(axis=2)] = np.nan
+            out[is_unknown & ~out.any(axis=-1)] = np.nan
         return out
 
     def _paths_of(self, shard: int) -> dict[str, Path]:
@@ -214,11 +253,12 @@ class Corpus:
     def _read_lines(self, shard: int) -> list[str]:
         return read_lines(self._paths(shard)["info"], len(self.header.frames_of(shard)))
 
-    def _record(self, index: int) -> tuple[FrameInfo, str]:
+    def _record(self, index: int) -> tuple[FrameInfo | RoomInfo, str]:
         number = self._checked(index)
         line = self._lines_of(number // SHARD_FRAMES)[number % SHARD_FRAMES]
         try:
-            record = parse_info(line, self.header.seed)
+            parse = parse_room_info if self.header.has_rooms else parse_info
+            record = parse(line, self.header.seed)
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise CorpusError(f"the record of frame {number} of {self.path} is damaged: {error}") from None
         if record[0].index != number:

@@ -5,8 +5,8 @@ end, as in the Zarr v3 specification of sharding; an all-zero map is an absent c
 a shard (bytes, crc32c). Writing a shard whole costs a tenth of zarr's own chunk by chunk pipeline.
 """
 
+import itertools
 import json
-import math
 import os
 from pathlib import Path
 
@@ -21,7 +21,6 @@ COMPRESSION_LEVEL = 2
 BLOCK_BYTES = 524288
 """One block a map, byte shuffle: on real frames half the time of bit shuffle in 128 KiB blocks, and smaller."""
 _ABSENT = 2**64 - 1
-_INDEX_BYTES = SHARD_FRAMES * 16 + 4
 _LITTLE = {"name": "bytes", "configuration": {"endian": "little"}}
 _CRC = {"name": "crc32c"}
 
@@ -46,7 +45,7 @@ def array_metadata(item: Field, n_frames: int) -> str:
         }
         inner = [_LITTLE, {"name": "blosc", "configuration": shuffled}, _CRC]
         sharding = {
-            "chunk_shape": [1, *item.shape],
+            "chunk_shape": list(item.chunk_shape),
             "codecs": inner,
             "index_codecs": [_LITTLE, _CRC],
             "index_location": "end",
@@ -83,13 +82,17 @@ def _without_crc(data: bytes, what: str) -> bytes:
     return data[:-4]
 
 
-def encode_map(item: Field, image: np.ndarray) -> bytes:
-    """One frame's map as an inner chunk; empty bytes for an all-zero map.
+def encode_maps(item: Field, entry: np.ndarray) -> list[bytes]:
+    """One frame's entry as inner chunks, one a layer; empty bytes for an all-zero map.
 
     Args:
         item: The array.
-        image: item.shape.
+        entry: item.shape.
     """
+    return [_encode_map(item, image) for image in (entry if item.n_layers > 1 else (entry,))]
+
+
+def _encode_map(item: Field, image: np.ndarray) -> bytes:
     if not image.any():
         return b""
     plain = np.ascontiguousarray(image, dtype=item.numpy_dtype)
@@ -97,9 +100,9 @@ def encode_map(item: Field, image: np.ndarray) -> bytes:
     return _with_crc(packed)
 
 
-def join_maps(chunks: list[bytes]) -> bytes:
-    """A shard of up to 64 inner chunks, index last."""
-    index = np.full((SHARD_FRAMES, 2), _ABSENT, dtype="<u8")
+def join_maps(item: Field, chunks: list[bytes]) -> bytes:
+    """A shard of the inner chunks of up to 64 frames, index last."""
+    index = np.full((item.n_chunks, 2), _ABSENT, dtype="<u8")
     offset = 0
     for slot, chunk in enumerate(chunks):
         if chunk:
@@ -151,22 +154,25 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
         CorpusError: The file is missing, or its index or one of the frames is damaged.
     """
     out = np.zeros((len(slots), *item.shape), dtype=item.numpy_dtype)
+    layers = out if item.n_layers > 1 else out[:, None]
+    n_index_bytes = item.n_chunks * 16 + 4
     try:
         with path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - _INDEX_BYTES))
-            index_bytes = _without_crc(file.read(_INDEX_BYTES), f"the index of {path}")
-            if len(index_bytes) != _INDEX_BYTES - 4:
+            file.seek(max(0, size - n_index_bytes))
+            index_bytes = _without_crc(file.read(n_index_bytes), f"the index of {path}")
+            if len(index_bytes) != n_index_bytes - 4:
                 raise CorpusError(f"the index of {path} is damaged: it is cut short")
-            index = np.frombuffer(index_bytes, dtype="<u8").reshape(SHARD_FRAMES, 2)
-            for row, slot in enumerate(slots):
-                offset, n_bytes = (int(v) for v in index[slot])
+            index = np.frombuffer(index_bytes, dtype="<u8").reshape(SHARD_FRAMES, item.n_layers, 2)
+            for (row, slot), layer in itertools.product(enumerate(slots), range(item.n_layers)):
+                offset, n_bytes = (int(v) for v in index[slot, layer])
                 if offset == _ABSENT:
                     continue
-                if offset + n_bytes > size - _INDEX_BYTES:
+                if offset + n_bytes > size - n_index_bytes:
                     raise CorpusError(f"{item.name} of frame {first + slot} in {path} is damaged: it is cut short")
                 file.seek(offset)
-                out[row] = _decode_map(file.read(n_bytes), item, f"{item.name} of frame {first + slot} in {path}")
+                what = f"{item.name} of frame {first + slot} in {path}"
+                layers[row, layer] = _decode_map(file.read(n_bytes), item, what)
     except FileNotFoundError:
         raise CorpusError(f"{path} is missing") from None
     return out
@@ -174,12 +180,11 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
 
 def _decode_map(chunk: bytes, item: Field, what: str) -> np.ndarray:
     packed = _without_crc(chunk, what)
-    n_bytes = math.prod(item.shape) * item.numpy_dtype.itemsize
-    if int.from_bytes(packed[4:8], "little") != n_bytes:  # blosc takes so much memory before it decompresses
+    if int.from_bytes(packed[4:8], "little") != item.n_chunk_bytes:  # blosc takes so much memory before it decompresses
         raise CorpusError(f"{what} is damaged: it holds another number of pixels")
     try:
         plain = np.frombuffer(blosc.decompress(packed), dtype=item.numpy_dtype)
-        return plain.reshape(item.shape)
+        return plain.reshape(item.shape[-2:])
     except (RuntimeError, ValueError) as error:
         raise CorpusError(f"{what} is damaged: {error}") from None
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from pipelines.corpus import shards
 from pipelines.corpus.fields import stored_values
+from pipelines.corpus.rooms.fields import room_values
 from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
 from pipelines.errors import UserError
 from storage.atomic import write_all_atomically
-from synth.frame import Frame, FrameInfo
+from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo
 
 ZARR_NAME = "arrays.zarr"
 
@@ -22,7 +23,7 @@ ZARR_NAME = "arrays.zarr"
 class FrameSource(Protocol):
     """What makes frames: each a function of the source's settings and the number alone."""
 
-    def frame(self, index: int) -> Frame:
+    def frame(self, index: int) -> Frame | RoomFrame:
         """Frame of that number.
 
         Raises:
@@ -56,21 +57,22 @@ def write_shard(
     fields = header.fields
     chunks: dict[str, list[bytes]] = {name: [] for name, item in fields.items() if item.is_image}
     values: dict[str, list[np.ndarray]] = {name: [] for name, item in fields.items() if not item.is_image}
-    infos: list[FrameInfo] = []
+    infos: list[FrameInfo | RoomInfo] = []
     lines: list[str] = []
     for index in header.frames_of(shard):
         frame = make_frame(source, index)
         _check_frame(frame, header, index)
-        for name, value in stored_values(frame).items():
+        stored = room_values(frame, header.n_dof) if isinstance(frame, RoomFrame) else stored_values(frame)
+        for name, value in stored.items():
             if name in chunks:
-                chunks[name].append(shards.encode_map(fields[name], value))
+                chunks[name] += shards.encode_maps(fields[name], value)
             else:
                 values[name].append(value)
         infos.append(frame.info)
         lines.append(info_line(frame) + "\n")
         if on_frame is not None:
             on_frame()
-    data = {name: shards.join_maps(listed) for name, listed in chunks.items()}
+    data = {name: shards.join_maps(fields[name], listed) for name, listed in chunks.items()}
     data |= {name: shards.encode_plain(fields[name], np.array(listed)) for name, listed in values.items()}
     data["info"] = "".join(lines).encode()
     paths = shard_files(root, header, shard)
@@ -85,7 +87,7 @@ def write_shard(
     )
 
 
-def make_frame(source: FrameSource, index: int) -> Frame:
+def make_frame(source: FrameSource, index: int) -> Frame | RoomFrame:
     """A source's frame; what the settings do not allow becomes the user's error."""
     try:
         return source.frame(index)
@@ -93,9 +95,11 @@ def make_frame(source: FrameSource, index: int) -> Frame:
         raise UserError(str(error)) from error
 
 
-def _check_frame(frame: Frame, header: Header, index: int) -> None:
+def _check_frame(frame: Frame | RoomFrame, header: Header, index: int) -> None:
     if frame.info.index != index or frame.info.seed != header.seed:
         raise ValueError(f"the source gave frame {frame.info.index} of seed {frame.info.seed} for {index}")
+    if isinstance(frame, RoomFrame) != header.has_rooms:
+        raise ValueError(f"the source gave a {type(frame).__name__} for schema version {header.schema_version}")
     for name, item in header.fields.items():
         value = getattr(frame, name, None)
         if value is not None and (value.shape != item.shape or value.dtype != item.dtype):

@@ -3,11 +3,11 @@
 import functools
 from dataclasses import replace
 
-from pipelines.corpus import Order
+from pipelines.corpus import ROOM_SCHEMA_VERSION, SCHEMA_VERSION, Order
 from pipelines.errors import UserError
 from pipelines.generation.libraries import LibraryUse, object_mix, pose_mix
 from synth.bodies.skeleton import DOFS
-from synth.scene import FrameSource, SceneConfig
+from synth.scene import FrameSource, RoomSource, SceneConfig
 
 
 def drawn_order(
@@ -17,8 +17,8 @@ def drawn_order(
     renderer: str = "numba",
     poses: LibraryUse | None = None,
     objects: LibraryUse | None = None,
-) -> Order[FrameSource]:
-    """A corpus of drawn people among drawn or imported objects.
+) -> Order[FrameSource | RoomSource]:
+    """A corpus of drawn people among drawn or imported objects; of whole scenes where the settings have rooms.
 
     Args:
         scene: What the scenes are drawn from.
@@ -40,7 +40,8 @@ def drawn_order(
         config["objects"] = objects.told()
     make = functools.partial(make_source, scene, seed, n_frames, renderer, poses, objects)
     angles = tuple((dof.name, dof.lower, dof.upper) for dof in DOFS)
-    return Order(seed, n_frames, config, make, angles)
+    schema_version = ROOM_SCHEMA_VERSION if scene.room.is_on else SCHEMA_VERSION
+    return Order(seed, n_frames, config, make, angles, schema_version)
 
 
 def make_source(
@@ -50,15 +51,18 @@ def make_source(
     renderer: str,
     poses: LibraryUse | None = None,
     objects: LibraryUse | None = None,
-) -> FrameSource:
+) -> FrameSource | RoomSource:
     """The frames of such a corpus; arguments as of `drawn_order`.
 
     Raises:
-        UserError: The renderer's library or device is missing, or a library cannot be used.
+        UserError: The renderer's library or device is missing or draws no rooms, or a library cannot be used.
     """
+    if scene.room.is_on and renderer != "numba":
+        raise UserError(f"the renderer {renderer} draws single people; rooms are drawn by numba alone")
     pose_source = None if poses is None else pose_mix(poses)
     object_source = None if objects is None else object_mix(objects)
     try:
-        return FrameSource(scene, seed, n_frames, renderer, pose_source, object_source)
+        make = RoomSource if scene.room.is_on else FrameSource
+        return make(scene, seed, n_frames, renderer, pose_source, object_source)
     except (ImportError, RuntimeError) as error:
         raise UserError(f"the renderer {renderer} cannot start: {error}") from error

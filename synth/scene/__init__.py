@@ -8,12 +8,14 @@ if TYPE_CHECKING:
     from synth.scene.bases import PoseMix
     from synth.scene.config import SceneConfig, SceneWeights
     from synth.scene.objects import ObjectMix
+    from synth.scene.room.source import RoomSource
     from synth.scene.source import FrameSource
 
 __all__ = [
     "FrameSource",
     "ObjectMix",
     "PoseMix",
+    "RoomSource",
     "SceneConfig",
     "SceneWeights",
 ]
@@ -27,6 +29,7 @@ __getattr__, __dir__ = exports(
             "SceneWeights",
         ),
         "synth.scene.objects": ("ObjectMix",),
+        "synth.scene.room.source": ("RoomSource",),
         "synth.scene.source": ("FrameSource",),
     },
 )
