@@ -9,7 +9,7 @@ from pipelines.drawing.palette import Picture
 from pipelines.drawing.skeletons import draw_mark, draw_truth
 from pipelines.drawing.windows import Window, person_window
 from synth.frame import Frame
-from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, JointState
+from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, SINGLE_STATES, JointState
 
 TILE_WIDTH = 256
 CAPTION_HEIGHT = 20
@@ -102,10 +102,10 @@ def _legend(width: int) -> Picture:
         cv2.rectangle(out, (x, 8), (x + 12, 20), palette.CLASS_COLOURS[code].tolist(), -1)
         x = write_words(out, name, (x + 17, 19)) + 16
     x += 20
-    for state, mark in palette.STATE_MARKS.items():
+    for state in SINGLE_STATES:
         if state is JointState.UNKNOWN:
             continue
-        draw_mark(out, np.array([x + 6.0, 14.0]), mark)
+        draw_mark(out, np.array([x + 6.0, 14.0]), palette.STATE_MARKS[state])
         x = write_words(out, "joint " + state.name.lower().replace("_", "-"), (x + 17, 19)) + 16
     write_words(out, "parts: the person's left light, right deep", (x + 20, 19))
     return out

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from synth.vocabulary import MIRRORED_PART, OCCLUDER_CLASSES, PART_NAMES, JointState
+from synth.vocabulary import MIRRORED_PART, OCCLUDER_CLASSES, PART_NAMES, SCENE_CLASSES, JointState
 
 Picture = NDArray[np.uint8]
 """(height, width, 3) BGR."""
@@ -49,8 +49,9 @@ STATE_MARKS: Mapping[JointState, Mark] = {
     JointState.SELF_OCCLUDED: Mark("ring", REDDISH_PURPLE),
     JointState.OUTSIDE: Mark("square", FAINT),
     JointState.UNKNOWN: Mark("square", (110, 60, 110)),
+    JointState.OCCLUDED_BY_PERSON: Mark("cross", YELLOW),
 }
-"""Marks of true joints; only tables show the last one, because an unknown joint has no place."""
+"""Marks of true joints; only tables show unknown joints, which have no place."""
 RIGHT, WRONG = Mark("dot", BLUISH_GREEN), Mark("cross", VERMILION)
 """Marks of estimated joints that are near enough to the truth, and of those that are not."""
 SIDES: Mapping[str, Colour] = {"r_": (0, 110, 230), "l_": (235, 180, 70)}
@@ -77,8 +78,18 @@ CLASS_COLOURS: NDArray[np.uint8] = np.array(
 )
 """(8, 3) by occluder class code; beside body parts, objects are drawn with stripes."""
 
-if len(CLASS_COLOURS) != len(OCCLUDER_CLASSES):
-    raise AssertionError("every occluder class needs a colour")
+SCENE_COLOURS: NDArray[np.uint8] = np.concatenate(
+    [CLASS_COLOURS, np.array([(92, 108, 96), (128, 116, 104), (72, 66, 84), (64, 96, 128)], dtype=np.uint8)]
+)
+"""(12, 3) by class code of whole scenes: floor greenish, walls grey, ceiling dim, background brown."""
+PERSON_COLOURS: NDArray[np.uint8] = np.array(
+    [NO_RETURN, (110, 200, 255), (255, 190, 120), (150, 235, 150), (220, 150, 235), (120, 240, 245),
+     (235, 235, 160), (140, 140, 255), (225, 225, 225)], dtype=np.uint8
+)  # fmt: skip
+"""(9, 3) by number of the person."""
+
+if len(CLASS_COLOURS) != len(OCCLUDER_CLASSES) or len(SCENE_COLOURS) != len(SCENE_CLASSES):
+    raise AssertionError("every class needs a colour")
 
 
 def side_colour(joint: str) -> Colour:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
+from pipelines.corpus.rooms.people import by_person
 from synth.bodies.life.coverage import nearest_distances, places_of
 from synth.bodies.life.model import POSTURES, life_model
 from synth.bodies.skeleton import DOFS
@@ -90,7 +91,7 @@ def life_covered(corpus: Corpus) -> dict[str, float]:
     """
     if [name for name, *_ in corpus.header.labels["angles"]] != [dof.name for dof in DOFS]:
         return {}
-    known = places_of(corpus.arrays("angles"), corpus.arrays("T_world_root")[:, :3, :3])
+    known = places_of(by_person(corpus, "angles"), by_person(corpus, "T_world_root")[:, :3, :3])
     rng = np.random.default_rng(0)
     out: dict[str, float] = {}
     for posture in POSTURES:

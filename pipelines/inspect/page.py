@@ -7,6 +7,7 @@ from pipelines.drawing.html import templates_of
 from pipelines.drawing.palette import STATE_MARKS, css_colour
 from pipelines.inspect.coverage import Grid
 from pipelines.inspect.statistics import Histogram, Statistics
+from synth.vocabulary import JointState
 
 _TEMPLATES = templates_of("pipelines.inspect")
 _WIDTH, _HEIGHT, _FOOT = 360.0, 120.0, 16.0
@@ -77,7 +78,10 @@ def statistics_page(corpus: Corpus, statistics: Statistics, sheets: list[str]) -
         header=corpus.header,
         digest=corpus.digest[:16],
         statistics=statistics,
-        state_colours={state.name.lower(): css_colour(mark.colour) for state, mark in STATE_MARKS.items()},
+        state_colours={
+            name: css_colour(STATE_MARKS[JointState(code)].colour)
+            for code, name in enumerate(corpus.header.labels["joint_states"])
+        },
         charts=charts,
         grid=_drawn_grid(statistics.views),
         sheets=sheets,

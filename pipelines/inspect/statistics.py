@@ -1,14 +1,17 @@
 """What a corpus holds, in numbers: joints by state, visible shares, families, classes, distances, bearings."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
+from pipelines.corpus.frameinfo import people_of
+from pipelines.corpus.rooms.people import by_person
 from pipelines.inspect.coverage import BEND_EDGES, Grid, bends_of, life_covered, views_grid
+from synth.frame import FrameInfo, RoomInfo
 from synth.vocabulary import JOINT_NAMES, JointState
 
 _TORSO = JOINT_NAMES.index("torso")
@@ -33,12 +36,13 @@ class Statistics:
 
     Attributes:
         n_frames: Frames counted.
-        joint_states: Share of each joint's frames by state name, by joint name.
-        visible_fraction: Share of the person that the composite shows.
+        joint_states: Share of each joint's frames (of whole scenes: people) by state name, by joint name.
+        visible_fraction: Share of each person that the composite shows.
         distance: Camera to torso joint, where it is known [m].
         azimuth: Bearing of the camera seen from the person [deg]; 0 in front, positive to their left.
         counts: Frames by name, for each of "split", "scene family", "pose family", "objects' classes" (frames
-            that hold one) and "camera".
+            that hold one) and "camera"; of whole scenes "room", "people", "group" and "activity" instead of
+            "scene family".
         views: Frames by bearing and distance, where both are known.
         bends: How far limbs are bent, by name [deg].
         life_covered: Share of poses drawn from the model of recorded life that have a pose of the corpus near them,
@@ -62,27 +66,31 @@ class Statistics:
 
 def statistics_of(corpus: Corpus) -> Statistics:
     """Counts every frame of a corpus; reads records and small arrays, no image."""
-    infos = [corpus.info(int(i)) for i in corpus.indices]
-    states = corpus.arrays("joint_state")
-    T_world_root, T_world_camera = corpus.arrays("T_world_root"), corpus.arrays("T_world_camera")
+    infos = [corpus.record(int(i)) for i in corpus.indices]
+    people = [one for info in infos for one in people_of(info)]
+    states = by_person(corpus, "joint_state")
+    T_world_root, T_world_camera = by_person(corpus, "T_world_root"), by_person(corpus, "T_world_camera")
     is_known = states[:, _TORSO] != JointState.UNKNOWN
-    joints = corpus.arrays("joints")
+    joints = by_person(corpus, "joints")
     distances = np.linalg.norm(joints[is_known, _TORSO], axis=1)
     bearings = camera_azimuth(T_world_root, T_world_camera)
     objects = {item.spec_id: item.class_name for info in infos for item in info.objects}
     return Statistics(
         n_frames=len(infos),
         joint_states={
-            joint: {state.name.lower(): float((states[:, k] == state).mean()) for state in JointState}
+            joint: {
+                name: float((states[:, k] == state).sum() / max(1, len(states)))
+                for state, name in enumerate(corpus.header.labels["joint_states"])
+            }
             for k, joint in enumerate(JOINT_NAMES)
         },
-        visible_fraction=histogram([info.visible_fraction for info in infos], np.linspace(0, 1, 21)),
+        visible_fraction=histogram([one.visible_fraction for one in people], np.linspace(0, 1, 21)),
         distance=histogram(distances, np.arange(0.0, 6.01, 0.25)),
         azimuth=histogram(bearings, np.arange(-180, 181, 15)),
         counts={
             "split": _counted(info.split for info in infos),
-            "scene family": _counted(info.scene_family for info in infos),
-            "pose family": _counted(info.pose_family for info in infos),
+            **_kinds(infos),
+            "pose family": _counted(_among(infos, "pose_family")),
             "objects' classes": _counted(
                 name for info in infos for name in {item.class_name for item in info.objects}
             ),
@@ -91,9 +99,27 @@ def statistics_of(corpus: Corpus) -> Statistics:
         views=views_grid(bearings[is_known], distances),
         bends={name: histogram(values, BEND_EDGES) for name, values in bends_of(joints, states).items()},
         life_covered=life_covered(corpus),
-        n_subjects=len({info.subject_id for info in infos}),
+        n_subjects=len({one.subject_id for one in people}),
         n_objects=_counted(objects.values()),
     )
+
+
+def _kinds(infos: Sequence[FrameInfo | RoomInfo]) -> dict[str, dict[str, int]]:
+    """Frames by kind of scene; of whole scenes by room, number of people, and who is with whom."""
+    rooms = [info for info in infos if isinstance(info, RoomInfo)]
+    if not rooms:
+        return {"scene family": _counted(info.scene_family for info in infos if isinstance(info, FrameInfo))}
+    return {
+        "room": _counted(str(info.room["kind"]) for info in rooms),
+        "people": _counted(str(len(info.people)) for info in rooms),
+        "group": _counted(_among(rooms, "group")),
+        "activity": _counted(_among(rooms, "activity")),
+    }
+
+
+def _among(infos: Sequence[FrameInfo | RoomInfo], name: str) -> Iterator[str]:
+    """What a frame's people do, each thing once a frame."""
+    return (value for info in infos for value in sorted({getattr(one, name) for one in people_of(info)}))
 
 
 def camera_azimuth(T_world_root: NDArray[np.float64], T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from pipelines.corpus import Corpus
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.frames import contact_sheet
+from pipelines.drawing.rooms import room_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
@@ -32,7 +33,7 @@ def write_inspection(
         out: Folder; made if it is not there.
         n_frames: Frames to draw, at most those there are.
         sensor: Sensor model for the depth, or None for clean depth.
-        zoom: Size of the pictures over the person's box; 0 for whole images.
+        zoom: Size of the pictures over the person's box; 0 for whole images, as whole scenes always are.
 
     Returns:
         What was written, the first contact sheet first.
@@ -70,7 +71,11 @@ def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, 
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
             path = out / _sheet_name(k)
-            write_picture(path, contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom))
+            if corpus.header.has_rooms:
+                picture = room_sheet([corpus.scene(int(i), sensor) for i in shown])
+            else:
+                picture = contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom)
+            write_picture(path, picture)
             bar.update(len(shown))
             written.append(path)
     return written

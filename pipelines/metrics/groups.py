@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.metrics.results import Truths
-from synth.vocabulary import JointState
+from synth.vocabulary import SINGLE_STATES, JointState
 
 Groups = Mapping[str, NDArray[np.bool_]]
 """(n, n_joints) bool by name: whether a joint of a frame belongs to the group."""
@@ -18,7 +18,7 @@ VISIBLE_FRACTION_EDGES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 def by_state(truths: Truths) -> Groups:
     """By why a joint can or cannot be seen; `non_occluded` holds all that no object hides."""
-    told = [state for state in JointState if state is not JointState.UNKNOWN]
+    told = [state for state in SINGLE_STATES if state is not JointState.UNKNOWN]
     groups = {state.name.lower(): truths.state == state for state in told}
     return groups | {"non_occluded": truths.state != JointState.OCCLUDED}
 
