@@ -91,9 +91,7 @@ def prepare_folder(root: Path, order: Order) -> Header:
 
 def _document(order: Order, size: tuple[int, int], n_dof: int) -> dict:
     """What corpus.json says of an order."""
-    return build_header(
-        order.seed, order.n_frames, order.config, order.angles, size, n_dof, order.schema_version
-    )
+    return build_header(order.seed, order.n_frames, order.config, order.angles, size, n_dof, order.schema_version)
 
 
 def _refuse_other_order(root: Path, header: Header, order: Order) -> None:

@@ -42,7 +42,9 @@ def _composite(frame: Frame, header: Header) -> Iterator[str]:
 def _body_layer(frame: Frame, header: Header) -> Iterator[str]:
     person, alone = frame.part > 0, frame.body_part > 0
     both = alone & (frame.depth > 0)
-    yield from counted("depth of the body without a part, or a part without depth", (frame.body_depth > 0) != alone)
+    yield from counted(
+        "depth of the body without a part, or a part without depth", (frame.body_depth > 0) != alone
+    )
     yield from counted("composite behind the body", both & (frame.depth > frame.body_depth))
     differs = (frame.part != frame.body_part) | (frame.depth != frame.body_depth)
     yield from counted("a seen person that differs from the body layer", person & differs)

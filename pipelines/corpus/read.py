@@ -110,6 +110,13 @@ class Corpus:
         """The record of a frame of any kind, without reading its arrays."""
         return self._record(index)[0]
 
+    def scene_record(self, index: int) -> RoomInfo:
+        """The record of a whole scene, without reading its arrays."""
+        info = self.record(index)
+        if not isinstance(info, RoomInfo):
+            raise CorpusError(f"{self.path} holds single people; read the record with corpus.info({index})")
+        return info
+
     def _refuse_rooms(self, index: int) -> None:
         if self.header.has_rooms:
             raise CorpusError(

@@ -180,7 +180,9 @@ def read_maps(path: Path, item: Field, slots: list[int], first: int) -> np.ndarr
 
 def _decode_map(chunk: bytes, item: Field, what: str) -> np.ndarray:
     packed = _without_crc(chunk, what)
-    if int.from_bytes(packed[4:8], "little") != item.n_chunk_bytes:  # blosc takes so much memory before it decompresses
+    if (
+        int.from_bytes(packed[4:8], "little") != item.n_chunk_bytes
+    ):  # blosc takes so much memory before it decompresses
         raise CorpusError(f"{what} is damaged: it holds another number of pixels")
     try:
         plain = np.frombuffer(blosc.decompress(packed), dtype=item.numpy_dtype)

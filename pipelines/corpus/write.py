@@ -9,10 +9,10 @@ import numpy as np
 
 from pipelines.corpus import shards
 from pipelines.corpus.fields import stored_values
-from pipelines.corpus.rooms.fields import room_values
 from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
+from pipelines.corpus.rooms.fields import room_values
 from pipelines.errors import UserError
 from storage.atomic import write_all_atomically
 from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo

@@ -97,12 +97,12 @@ def annotation_entry(frame: Frame, has_labels: bool = True) -> dict | None:
         "amodal_segmentation": run_lengths(alone),
         "num_keypoints": int((visibility > 0).sum()),
         "keypoints": keypoints,
-        "joints_camera_m": [_rounded(joint) for joint in frame.joints.tolist()],
+        "joints_camera_m": [rounded(joint) for joint in frame.joints.tolist()],
         "joint_state": frame.joint_state.tolist(),
     }
 
 
-def _rounded(joint: list[float]) -> list[float] | None:
+def rounded(joint: list[float]) -> list[float] | None:
     """A joint's place to the micrometre; None if it is unknown, for which JSON has no number."""
     return None if any(map(math.isnan, joint)) else [round(x, 6) for x in joint]
 

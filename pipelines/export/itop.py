@@ -26,7 +26,7 @@ ITOP_JOINTS = (
 FROM_OURS = np.array([JOINT_NAMES.index(name) for name in ITOP_JOINTS])
 """(15,) our index of each of ITOP's joints."""
 BACKGROUND = -1
-_LIBVER = ("v108", "v108")
+LIBVER = ("v108", "v108")
 """Attributes may be larger than 64 KiB since then, as those of many frames are."""
 _Y_UP = np.array([1, -1, 1], dtype=np.float32)
 _JOINT_OF_PART = {
@@ -62,14 +62,14 @@ def export_itop(job: ExportJob) -> None:
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})
     with (
-        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", _LIBVER) as maps,
-        writing_hdf5(job.folder / f"{job.split}_labels.h5", _LIBVER) as labels,
+        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", LIBVER) as maps,
+        writing_hdf5(job.folder / f"{job.split}_labels.h5", LIBVER) as labels,
     ):
         for file in (maps, labels):
-            _describe(file, job, subjects)
-        data = _images(maps, "data", n, image, "float16")
-        segmentation = _images(labels, "segmentation", n, image, "int8")
-        rows: dict[str, list] = {name: [] for name in _ROWS}
+            describe(file, job, subjects, job.indices)
+        data = image_array(maps, "data", n, image, "float16")
+        segmentation = image_array(labels, "segmentation", n, image, "int8")
+        rows: dict[str, list] = {name: [] for name in ROWS}
         identifiers = []
         for row, index in enumerate(job.indices):
             frame = job.frame(index)
@@ -79,13 +79,13 @@ def export_itop(job: ExportJob) -> None:
                 rows[name].append(value)
             identifiers.append(f"{subjects.index(frame.info.subject_id):02d}_{index:05d}".encode())
             job.on_frame()
-        for name, (dtype, shape) in _ROWS.items():
+        for name, (dtype, shape) in ROWS.items():
             labels.create_dataset(name, data=np.array(rows[name], dtype=dtype).reshape(n, *shape))
         for file in (maps, labels):
             file.create_dataset("id", data=np.array(identifiers, dtype="S16"))
 
 
-_ROWS: dict[str, tuple[str, tuple[int, ...]]] = {
+ROWS: dict[str, tuple[str, tuple[int, ...]]] = {
     "real_world_coordinates": ("float32", (15, 3)),
     "image_coordinates": ("int16", (15, 2)),
     "visible_joints": ("int16", (15,)),
@@ -99,27 +99,49 @@ def label_rows(frame: Frame) -> dict[str, NDArray]:
 
     An unknown joint has no coordinates (NaN, pixel 0) and makes the frame invalid, since ITOP tells that by frame.
     """
-    places = np.clip(np.nan_to_num(np.rint(frame.joints_2d)), -32768, 32767)
+    return person_rows(frame.joints, frame.joints_2d, frame.joint_state)
+
+
+def person_rows(
+    joints: NDArray[np.float32], joints_2d: NDArray[np.float64], joint_state: NDArray[np.uint8]
+) -> dict[str, NDArray]:
+    """One person's entries of the label arrays.
+
+    Args:
+        joints: (15, 3) camera frame [m], in our order.
+        joints_2d: (15, 2) [px].
+        joint_state: (15,) `JointState`.
+    """
+    places = np.clip(np.nan_to_num(np.rint(joints_2d)), -32768, 32767)
     return {
-        "real_world_coordinates": (frame.joints * _Y_UP)[FROM_OURS],
+        "real_world_coordinates": (joints * _Y_UP)[FROM_OURS],
         "image_coordinates": places.astype(np.int16)[FROM_OURS],
-        "visible_joints": (frame.joint_state == JointState.VISIBLE).astype(np.int16)[FROM_OURS],
-        "is_valid": np.array(np.isfinite(frame.joints).all(), dtype=np.uint8),
+        "visible_joints": (joint_state == JointState.VISIBLE).astype(np.int16)[FROM_OURS],
+        "is_valid": np.array(np.isfinite(joints).all(), dtype=np.uint8),
     }
 
 
-def _images(file: Any, name: str, n: int, image: tuple[int, int], dtype: str) -> Any:
+def image_array(file: Any, name: str, n: int, image: tuple[int, int], dtype: str) -> Any:
+    """A new compressed array of n images, one chunk each."""
     return file.create_dataset(
         name, (n, *image), dtype, chunks=(1, *image), compression="gzip", compression_opts=4
     )
 
 
-def _describe(file: Any, job: ExportJob, subjects: list[str]) -> None:
+def describe(file: Any, job: ExportJob, subjects: list[str], indices: NDArray[np.int64]) -> None:
+    """Writes the attributes that say what is in a file.
+
+    Args:
+        file: An open HDF5 file.
+        job: What is exported.
+        subjects: Names of the bodies that `id` counts.
+        indices: (n,) frame of each row.
+    """
     file.attrs["joints"] = list(ITOP_JOINTS)
     file.attrs["left_and_right"] = "the person's own"
     file.attrs["real_world_coordinates"] = "camera frame, metres, x right, y up, z along the optical axis"
     file.attrs["segmentation"] = "-1 is background, else the joint's number"
-    intrinsics = job.corpus.arrays("intrinsics", job.indices)
+    intrinsics = job.corpus.arrays("intrinsics", indices)
     is_one = bool((intrinsics == intrinsics[0]).all())
     file.attrs[INTRINSICS_KEY] = intrinsics[0] if is_one else intrinsics
     file.attrs[UNKNOWN_KEY] = UNKNOWN_TEXT

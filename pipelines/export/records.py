@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
 from pipelines.drawing.files import encoded
-from synth.frame import Frame
+from synth.frame import Frame, RoomFrame
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,10 @@ class ExportJob:
     def frame(self, index: int) -> Frame:
         """A frame with the sensor applied."""
         return self.corpus.frame(int(index), self.sensor)
+
+    def scene(self, index: int) -> RoomFrame:
+        """A whole scene with the sensor applied."""
+        return self.corpus.scene(int(index), self.sensor)
 
 
 def png_bytes(image: NDArray) -> bytes:

@@ -3,6 +3,7 @@
 import io
 import json
 import tarfile
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,10 +17,20 @@ MAPS = ("depth", "part", "occluder", "instance", "body_depth", "body_part")
 
 def export_webdataset(job: ExportJob) -> None:
     """Writes SPLIT-NUMBER.tar; the same corpus gives the same bytes."""
+    write_tars(job, lambda index: members(job.frame(index)))
+
+
+def write_tars(job: ExportJob, members_of: Callable[[int], dict[str, bytes]]) -> None:
+    """Writes SPLIT-NUMBER.tar.
+
+    Args:
+        job: What to export.
+        members_of: A sample's files by extension, of a frame's number.
+    """
     for number, first in enumerate(range(0, len(job.indices), FRAMES_PER_TAR)):
         with tarfile.open(job.folder / f"{job.split}-{number:06d}.tar", "w", format=tarfile.USTAR_FORMAT) as tar:
             for index in job.indices[first : first + FRAMES_PER_TAR]:
-                for name, data in members(job.frame(index)).items():
+                for name, data in members_of(int(index)).items():
                     entry = tarfile.TarInfo(f"{index:07d}.{name}")
                     entry.size = len(data)
                     tar.addfile(entry, io.BytesIO(data))

@@ -12,6 +12,10 @@ from pipelines.export.coco import export_coco
 from pipelines.export.exr import export_exr
 from pipelines.export.itop import export_itop
 from pipelines.export.records import ExportJob
+from pipelines.export.rooms.coco import export_room_coco
+from pipelines.export.rooms.exr import export_room_exr
+from pipelines.export.rooms.itop import export_room_itop
+from pipelines.export.rooms.tar_shards import export_room_webdataset
 from pipelines.export.tar_shards import export_webdataset
 from pipelines.progress import Progress
 from storage.atomic import TEMPORARY_SUFFIX
@@ -24,6 +28,13 @@ EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
     "itop": export_itop,
 }
 """Exporters by the format's name; each writes one split into a folder shared by all."""
+ROOM_EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
+    "exr": export_room_exr,
+    "coco": export_room_coco,
+    "webdataset": export_room_webdataset,
+    "itop": export_room_itop,
+}
+"""The same for whole scenes."""
 
 
 def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS, sensor: str | None = None) -> int:
@@ -46,12 +57,13 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
     if to not in EXPORTERS:
         raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
     corpus.check_sensor(sensor)
+    write_split = (ROOM_EXPORTERS if corpus.header.has_rooms else EXPORTERS)[to]
     parts = {split: corpus.split(split) for split in splits}
     try:
         with _unfinished_folder(out) as beside, Progress(sum(map(len, parts.values())), "frame", "export") as bar:
             for split, indices in parts.items():
                 if len(indices):
-                    EXPORTERS[to](ExportJob(corpus, split, indices, beside, sensor, bar.update))
+                    write_split(ExportJob(corpus, split, indices, beside, sensor, bar.update))
             beside.replace(out)
     except OSError as error:
         raise UserError(in_words(error, out)) from error

@@ -77,7 +77,6 @@ class RoomRenderer(Renderer):
     Of two people who are equally far, the one with the higher number wins.
     """
 
-
     def render_room(
         self,
         T_camera_world: NDArray[np.float64],

@@ -116,9 +116,7 @@ class Pools:
         number = _draw_number(frame_idx, self._config.frames_per_object, rng)
         kind = kinds[number % len(kinds)]
         key = (split, kind, number)
-        return cached(
-            self._objects, key, _MAX_OBJECTS, lambda: self._make_object(class_name, kind, split, number)
-        )
+        return cached(self._objects, key, _MAX_OBJECTS, lambda: self._make_object(class_name, kind, split, number))
 
     def _subject_spec(self, split: str, number: int) -> BodySpec:
         stream = [self._seed, _SUBJECT_STREAM, SPLITS.index(split), number]

@@ -1,4 +1,4 @@
-"""The arrays of a corpus of whole scenes: maps of a frame, and for each of up to eight people what frames of one have."""
+"""The arrays of a corpus of whole scenes: maps of a frame, and for each of its people what frames of one have."""
 
 import numpy as np
 
@@ -31,7 +31,9 @@ def room_fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
         Field("instance", "uint8", image, "", "composite number of the object or surface, 0 elsewhere"),
         _hidden("hidden_depth", "uint16", image, "mm", "depth of each person alone where the composite hides it"),
         _hidden("hidden_part", "uint8", image, "", "part of each person alone where the composite hides it"),
-        Field("n_people", "uint8", (), "", "people of the frame: so many entries of the arrays of people are used"),
+        Field(
+            "n_people", "uint8", (), "", "people of the frame: so many entries of the arrays of people are used"
+        ),
         Field("box", "uint16", (MAX_PEOPLE, 4), "px", "left, top, width, height of each person alone"),
     ]
     for name in OF_PEOPLE:
@@ -55,7 +57,7 @@ def room_values(frame: RoomFrame, n_dof: int) -> dict[str, np.ndarray]:
     n = len(frame.people)
     hidden_depth, hidden_part = hidden_layers(frame)
     camera = frame.camera
-    values = {
+    values: dict[str, np.ndarray] = {
         "depth": frame.depth,
         "part": frame.part,
         "person": frame.person,

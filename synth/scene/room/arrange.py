@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from synth.camera import Camera
 from synth.geometry import look_at, transform_points
-from synth.render.presets import Mounting, mounting_named
+from synth.render.presets import mounting_named
 from synth.scene.config import SceneConfig
 from synth.scene.placement import Assembly, pose_on_floor
 from synth.scene.room.groups import Group, Member
@@ -17,7 +17,7 @@ from synth.scene.room.shell import BuiltRoom
 
 EYE_ROOM = 0.25
 """The camera keeps this far from the room's furniture, beside what people keep [m]."""
-PEOPLE_FROM_EYE = 0.5
+PEOPLE_FROM_EYE = 0.7
 """Nobody, and nothing that belongs to them, is nearer to the camera than this, seen from above [m]."""
 GROUP_ROOM = 0.2
 """Groups keep this far from each other, seen from above [m]."""
@@ -28,6 +28,8 @@ ALIGNED_SHARE = 0.7
 """Share of the groups with objects that are turned as the walls are."""
 LEAST_VIEW = 1.5
 """The camera looks at a place that is at least so far away [m]."""
+N_EYES, N_LOOKED_AT = 4, 256
+"""Of so many cameras the one is taken that has the most of so many free places before it: most stand at a wall."""
 AIM = (0.9, 0.25)
 """Mean and standard deviation of the height that the camera looks at [m]."""
 HEAD_ROOM = 0.2
@@ -115,7 +117,7 @@ class Gathering:
 
 
 def draw_eye(
-    config: SceneConfig, room: BuiltRoom, floor: Occupancy, rng: np.random.Generator
+    config: SceneConfig, room: BuiltRoom, floor: Occupancy, camera: Camera, rng: np.random.Generator
 ) -> Eye | None:
     """Draws a camera that stands on free floor and looks across the room.
 
@@ -123,40 +125,62 @@ def draw_eye(
         config: Mounting, and ranges that replace its own.
         room: The room.
         floor: What is taken of it.
+        camera: Its field of view.
         rng: Source of randomness.
+
+    Returns:
+        The camera, or None if the room has too little free floor for one.
     """
-    mounting = mounting_named(config.mounting)
-    place, target = floor.draw_free(rng), floor.draw_free(rng)
-    if place is None or target is None:
-        return None
-    view = target - place
-    if np.hypot(*view) < LEAST_VIEW or not floor.is_free(_ring(place, EYE_ROOM)):
-        return None
-    return eye_at(place, float(np.arctan2(view[1], view[0])), mounting, config, room, rng)
+    free = floor.draw_free(N_LOOKED_AT, rng)
+    best, most = None, -1
+    n_found = 0
+    for place, target in zip(free[0::2], free[1::2], strict=False):
+        view = target - place
+        if np.hypot(*view) < LEAST_VIEW or not floor.is_free(_ring(place, EYE_ROOM)):
+            continue
+        heading = float(np.arctan2(view[1], view[0]))
+        n_before = _count_before(free, place, heading, distance_range(config), half_view(camera))
+        if n_before > most:
+            best, most = (place, heading), n_before
+        n_found += 1
+        if n_found == N_EYES:
+            break
+    return None if best is None else _eye_at(*best, config, room, rng)
 
 
-def eye_at(
-    place: NDArray[np.float64],
+def distance_range(config: SceneConfig) -> tuple[float, float]:
+    """Range of the distance from the camera to people [m]."""
+    return config.distance or mounting_named(config.mounting).distance
+
+
+def half_view(camera: Camera) -> float:
+    """How far to each side of the camera's heading people are put [rad]."""
+    return float(np.arctan2(0.5 * camera.width, camera.fx) * 2.0 * WITHIN_VIEW)
+
+
+def _count_before(
+    places: NDArray[np.float64],
+    eye: NDArray[np.float64],
     heading: float,
-    mounting: Mounting,
-    config: SceneConfig,
-    room: BuiltRoom,
-    rng: np.random.Generator,
-) -> Eye:
-    """A camera at a place, with height, pitch and roll drawn.
+    distance: tuple[float, float],
+    half: float,
+) -> int:
+    """How many of places (n, 2) lie before a camera, where people are put."""
+    way = places - eye
+    turn = (np.arctan2(way[:, 1], way[:, 0]) - heading + np.pi) % (2.0 * np.pi) - np.pi
+    length = np.hypot(way[:, 0], way[:, 1])
+    return int(np.count_nonzero((np.abs(turn) < half) & (length >= distance[0]) & (length <= distance[1])))
 
-    Args:
-        place: (2,) seen from above [m].
-        heading: Where it looks, seen from above [rad].
-        mounting: Its ranges.
-        config: Ranges that replace them.
-        room: Its ceiling bounds the height.
-        rng: Source of randomness.
-    """
+
+def _eye_at(
+    place: NDArray[np.float64], heading: float, config: SceneConfig, room: BuiltRoom, rng: np.random.Generator
+) -> Eye:
+    """A camera at a place (2,) [m] that looks along a heading [rad], with height, pitch and roll drawn."""
+    mounting = mounting_named(config.mounting)
     low, high = config.height or mounting.height
     top = room.spec.height - HEAD_ROOM
     height = float(rng.uniform(min(low, top), min(high, top)))
-    distance = float(rng.uniform(*(config.distance or mounting.distance)))
+    distance = float(rng.uniform(*distance_range(config)))
     pitch = float(np.clip(np.arctan2(height - rng.normal(*AIM), distance), *mounting.pitch))
     roll = float(np.clip(rng.normal(0.0, 0.02), -0.05, 0.05))
     eye = np.array([place[0], place[1], height])
@@ -213,18 +237,18 @@ def _find_place(
 ) -> NDArray[np.float64] | None:
     """A pose of a group on free floor, before the camera if it can be; `prints` (n, 2) is the floor under it [m]."""
     middle = 0.5 * (prints.min(axis=0) + prints.max(axis=0))
-    half_view = np.arctan2(0.5 * camera.width, camera.fx) * 2.0 * WITHIN_VIEW
+    half = half_view(camera)
     is_in_view = rng.random() < IN_VIEW_SHARE
     for attempt in range((TRIES_IN_VIEW if is_in_view else 0) + TRIES_ANYWHERE):
         if is_in_view and attempt < TRIES_IN_VIEW:
-            bearing = eye.heading + float(rng.uniform(-half_view, half_view))
+            bearing = eye.heading + float(rng.uniform(-half, half))
             way = float(rng.uniform(*distance))
             at = eye.place + way * np.array([np.cos(bearing), np.sin(bearing)])
         else:
-            drawn = floor.draw_free(rng)
-            if drawn is None:
+            drawn = floor.draw_free(1, rng)
+            if not len(drawn):
                 return None
-            at = drawn
+            at = drawn[0]
         yaw = float(rng.uniform(-np.pi, np.pi))
         if has_objects and rng.random() < ALIGNED_SHARE:
             yaw = float(np.round(yaw / (np.pi / 2)) * np.pi / 2 + rng.normal(0.0, 0.03))

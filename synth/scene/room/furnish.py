@@ -50,7 +50,9 @@ class Furnishing:
             low[2], high[2] = item.bottom, item.top
             self._taken.append((low, high))
 
-    def add(self, made: Spec, T: NDArray[np.float64], gap: float = GAP, is_before_window: bool = False) -> int | None:
+    def add(
+        self, made: Spec, T: NDArray[np.float64], gap: float = GAP, is_before_window: bool = False
+    ) -> int | None:
         """Puts a piece at a pose if its box is free and inside the walls.
 
         Args:
@@ -202,9 +204,7 @@ def _add_opening(
         at = float(rng.uniform(-half, half))
         others = [item for item in openings if item.wall == wall]
         if all(abs(at - item.at) > (width + item.width) / 2 + 0.25 for item in others):
-            openings.append(
-                Opening(wall, round(at, 3), round(width, 3), round(z[0], 3), round(z[1], 3), filling)
-            )
+            openings.append(Opening(wall, round(at, 3), round(width, 3), round(z[0], 3), round(z[1], 3), filling))
             return
 
 
@@ -266,7 +266,9 @@ def _armchair(room: Furnishing) -> None:
         room.somewhere(replace(drawn, n_seats=1), 0.15)
 
 
-def _along(kind: str, least: int, most: int, gap: tuple[float, float] = (0.01, 0.05)) -> Callable[[Furnishing], None]:
+def _along(
+    kind: str, least: int, most: int, gap: tuple[float, float] = (0.01, 0.05)
+) -> Callable[[Furnishing], None]:
     """Pieces of a kind with their backs to the walls."""
 
     def put(room: Furnishing) -> None:
@@ -298,7 +300,9 @@ def _dining(room: Furnishing) -> None:
         if not room.chance(0.75):
             continue
         reach = float(extent[side % 2]) - float(box_of(chair)[:, 0].min())
-        away = pose_on_floor(reach + float(room.rng.uniform(0.03, 0.3)), float(room.rng.normal(0.0, 0.05)), math.pi)
+        away = pose_on_floor(
+            reach + float(room.rng.uniform(0.03, 0.3)), float(room.rng.normal(0.0, 0.05)), math.pi
+        )
         T = room.spec.pieces[number].pose() @ pose_on_floor(0.0, 0.0, side * math.pi / 2) @ away
         room.add(chair, T @ pose_on_floor(0.0, 0.0, float(room.rng.normal(0.0, 0.15))), 0.01)
 

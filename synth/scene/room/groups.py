@@ -132,7 +132,9 @@ def _standing(draw: SceneDraw, kind: str, are_walking: bool = False) -> Person |
     return person if float(person.vertices[:, 2].min()) >= -MAX_BELOW_FLOOR else None
 
 
-def _stood(draw: SceneDraw, kind: str, poses: list[NDArray[np.float64]], are_walking: bool = False) -> Group | None:
+def _stood(
+    draw: SceneDraw, kind: str, poses: list[NDArray[np.float64]], are_walking: bool = False
+) -> Group | None:
     members = []
     for T in poses:
         person = _standing(draw, kind, are_walking)

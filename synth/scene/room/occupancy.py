@@ -49,13 +49,13 @@ class Occupancy:
             return False
         return not self.is_taken[cells[:, 0], cells[:, 1]].any()
 
-    def draw_free(self, rng: np.random.Generator) -> NDArray[np.float64] | None:
-        """(2,) a free place, all cells being equally likely [m]; None if there is none."""
+    def draw_free(self, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """(n, 2) free places, all free cells being equally likely [m]; (0, 2) if there are none."""
         free = np.flatnonzero(~self.is_taken)
         if not len(free):
-            return None
-        cell = np.array(np.unravel_index(int(free[int(rng.integers(len(free)))]), self.is_taken.shape))
-        return (cell + rng.random(2) - 0.5 * np.array(self.is_taken.shape)) * CELL
+            return np.empty((0, 2))
+        cells = np.stack(np.unravel_index(free[rng.integers(len(free), size=n)], self.is_taken.shape), axis=1)
+        return (cells + rng.random((n, 2)) - 0.5 * np.array(self.is_taken.shape)) * CELL
 
     def _is_inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.asarray(((cells >= 0) & (cells < np.array(self.is_taken.shape))).all(axis=1))

@@ -10,7 +10,6 @@ from synth.camera import Camera
 from synth.frame import ObjectRecord, PersonRecord, PersonView, RoomFrame, RoomInfo
 from synth.geometry import inverse, transform_points
 from synth.render.among import PersonVisibility, measure_person, object_fractions
-from synth.render.presets import mounting_named
 from synth.render.records import RenderObject
 from synth.render.rooms import RenderedRoom, RenderPerson, RoomRenderer
 from synth.scene.bases import PoseMix
@@ -18,7 +17,7 @@ from synth.scene.config import SceneConfig
 from synth.scene.draw import SceneDraw
 from synth.scene.objects import ObjectMix
 from synth.scene.placement import Assembly, record_of
-from synth.scene.room.arrange import Eye, Gathering, PlacedPerson, draw_eye, gather
+from synth.scene.room.arrange import Eye, Gathering, PlacedPerson, distance_range, draw_eye, gather
 from synth.scene.room.cast import Cast, Rooms
 from synth.scene.room.groups import GROUPS, Group, draw_group
 from synth.scene.room.shell import BuiltRoom
@@ -26,10 +25,8 @@ from synth.vocabulary import SCENE_CODE, SPLITS, SURFACE_CLASSES
 
 _FRAME_STREAM = 6
 """Kept apart from those of other frames, subjects, objects and rooms."""
-MAX_SCENES = 150
+MAX_SCENES = 60
 """Attempts at a scene before a configuration is given up."""
-MAX_EYES = 40
-"""Cameras tried in one room."""
 MAX_GROUPS = 24
 """Groups drawn for one scene before it is drawn anew."""
 MIN_SEEN_PIXELS = 400
@@ -151,14 +148,13 @@ class RoomSource:
 
     def _attempt(self, split: str, frame_idx: int, n_people: int, rng: np.random.Generator) -> _Seen | None:
         room, taken = self._rooms.draw(split, frame_idx, rng)
-        eyes = (draw_eye(self.config, room, taken, rng) for _ in range(MAX_EYES))
-        eye = next((eye for eye in eyes if eye is not None), None)
+        eye = draw_eye(self.config, room, taken, self._camera, rng)
         if eye is None:
             return None
         gathering: Gathering | None = Gathering()
         if n_people:
-            distance = self.config.distance or mounting_named(self.config.mounting).distance
             groups = self._groups(split, frame_idx, n_people, rng)
+            distance = distance_range(self.config)
             gathering = gather(groups, n_people, taken.copy(), eye, self._camera, distance, rng)
         return None if gathering is None else self._look(room, gathering, eye)
 

@@ -116,7 +116,9 @@ def _sit_down(
     person = Person.in_pose(subject, arms)
     T_person_table = pushed[0].T_world_object
     others = tuple(
-        replace(item, T_world_object=T_person_table @ item.T_world_object, contact_parts=frozenset(), is_seat=False)
+        replace(
+            item, T_world_object=T_person_table @ item.T_world_object, contact_parts=frozenset(), is_seat=False
+        )
         for item in objects[1:]
     )
     if not is_sound(Scene("table", person, (seat, pushed[0])), draw.config.clearance):

@@ -139,7 +139,9 @@ def test_a_bare_room_has_no_furniture():
 def test_taken_floor_is_the_floor_within_the_radius_of_what_stands_there():
     floor = Occupancy(2.0, 1.0)
     floor.take(np.array([[0.31, 0.11], [5.0, 5.0]]), 0.2)
-    x, y = np.meshgrid(*(np.linspace(-h + CELL / 2, h - CELL / 2, n) for h, n in ((1, 40), (0.5, 20))), indexing="ij")
+    x, y = np.meshgrid(
+        *(np.linspace(-h + CELL / 2, h - CELL / 2, n) for h, n in ((1, 40), (0.5, 20))), indexing="ij"
+    )
     np.testing.assert_array_equal(floor.is_taken, np.hypot(x - 0.325, y - 0.125) <= 0.2 + 1e-9)
     assert floor.is_free(np.array([[-0.5, 0.0]]))
     assert not floor.is_free(np.array([[-0.5, 0.0], [0.31, 0.2]]))
@@ -168,7 +170,9 @@ def test_settings_that_contradict_each_other_are_refused_in_one_sentence(setting
 
 
 def test_unknown_surfaces_and_numbers_name_what_is_allowed():
-    with pytest.raises(ValueError, match="surface 'carpet' is unknown; known are floor, wall, ceiling, background"):
+    with pytest.raises(
+        ValueError, match="surface 'carpet' is unknown; known are floor, wall, ceiling, background"
+    ):
         RoomConfig(surfaces=("floor", "carpet"))
     with pytest.raises(ValueError, match=r"people number=\(0, 9\) must be \(lowest, highest\) within 0\.\.8"):
         PeopleConfig(number=(0, 9))

