@@ -18,7 +18,9 @@ def export_room_itop(job: ExportJob) -> None:
     """
     boxes = job.corpus.arrays("box", job.indices)
     shown = [
-        (int(index), k) for index, box in zip(job.indices, boxes, strict=True) for k in np.flatnonzero(box[:, 2])
+        (int(index), int(k))
+        for index, box in zip(job.indices, boxes, strict=True)
+        for k in np.flatnonzero(box[:, 2])
     ]
     if not shown:
         raise UserError(f"nobody is in {job.corpus.path}, split {job.split}; ITOP's files need people")
@@ -44,9 +46,8 @@ def export_room_itop(job: ExportJob) -> None:
                 job.on_frame()
             data[row] = frame.depth * np.float32(0.001)
             segmentation[row] = _segments(frame, k)
-            for name, value in person_rows(
-                frame.people[k].joints, frame.joints_2d(k), frame.people[k].joint_state
-            ).items():
+            view = frame.people[k]
+            for name, value in person_rows(view.joints, frame.joints_2d(k), view.joint_state).items():
                 rows[name].append(value)
             who = subjects.index(frame.info.people[k].subject_id)
             identifiers.append(f"{who:02d}_{row:05d}".encode())

@@ -1,6 +1,7 @@
 """Bookshelves with what stands in them, and cabinets with closed fronts."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -74,7 +75,7 @@ def make_shelf(spec: ShelfSpec) -> Occluder:
         parts.append(box(0.008, spec.width - 0.01, inner - 0.01, 0.001).at(0.004 - spec.depth / 2, 0, inner / 2))
     rng = np.random.default_rng(spec.contents)
     step = (spec.width - BOARD) / spec.n_columns
-    for low, high in zip(levels[:-1], levels[1:], strict=True):
+    for low, high in pairwise(levels):
         for k in range(spec.n_columns):
             left = -spec.width / 2 + BOARD + k * step
             parts += _books(spec, rng, left, step - BOARD, float(low) + BOARD / 2, float(high - low) - BOARD)

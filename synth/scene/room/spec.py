@@ -1,5 +1,6 @@
 """RoomSpec: the shell of a room and what stands in it, as numbers that a frame can store."""
 
+import json
 import math
 from dataclasses import asdict, dataclass
 
@@ -103,7 +104,8 @@ class RoomSpec:
 
     def plain(self) -> dict[str, object]:
         """The fields as plain JSON values."""
-        return asdict(self)
+        values: dict[str, object] = json.loads(json.dumps(asdict(self)))
+        return values
 
     @staticmethod
     def from_plain(plain: dict) -> "RoomSpec":
@@ -114,5 +116,5 @@ class RoomSpec:
         """
         openings = tuple(Opening(**item) for item in plain["openings"])
         pieces = tuple(Piece(**item) for item in plain["pieces"])
-        walls = tuple(bool(wall) for wall in plain["walls"])
+        walls = tuple(map(bool, plain["walls"]))
         return RoomSpec(**plain | {"walls": walls, "openings": openings, "pieces": pieces})

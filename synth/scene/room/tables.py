@@ -69,7 +69,7 @@ def sit_round_table(draw: SceneDraw, n_people: int) -> tuple[tuple[Seated, ...],
     objects: Assembly = (table,)
     for place in places:
         for _ in range(TRIES):
-            found = _sit_down(draw, objects, place, len(seated))
+            found = _sit_down(draw, objects, place)
             if found is not None and _is_apart(found[0], seated):
                 person, seat = found
                 seated.append(replace(person, seat=len(objects)))
@@ -90,13 +90,11 @@ def _places(table: PlacedObject, rng: np.random.Generator) -> list[_Place]:
     if table.spec.get("kind") == "desk":
         return [place for place in long_sides if place.turn == 0.0]
     ends = [_Place(turn, 0.0) for turn in (np.pi / 2, -np.pi / 2)] if along_x >= PLACE else []
-    rng.shuffle(long_sides)  # type: ignore[arg-type]
+    rng.shuffle(long_sides)
     return long_sides + ends
 
 
-def _sit_down(
-    draw: SceneDraw, objects: Assembly, place: _Place, n_before: int
-) -> tuple[Seated, PlacedObject] | None:
+def _sit_down(draw: SceneDraw, objects: Assembly, place: _Place) -> tuple[Seated, PlacedObject] | None:
     """One person and their seat at a place, clear of everything at the table."""
     subject = draw.subject(is_seated=True)
     pose_family = draw_pose_family(draw, "sitting", "table")
@@ -121,11 +119,12 @@ def _sit_down(
         )
         for item in objects[1:]
     )
-    if not is_sound(Scene("table", person, (seat, pushed[0])), draw.config.clearance):
-        return None
-    if not is_free_of(seat, others, OBJECT_OVERLAP):
-        return None
-    if any(item.is_nearer(person.vertices, draw.config.clearance[0]) for item in others):
+    is_clear = (
+        is_sound(Scene("table", person, (seat, pushed[0])), draw.config.clearance)
+        and is_free_of(seat, others, OBJECT_OVERLAP)
+        and not any(item.is_nearer(person.vertices, draw.config.clearance[0]) for item in others)
+    )
+    if not is_clear:
         return None
     T_table_person = inverse(T_person_table)
     return Seated(person, T_table_person, -1), replace(seat, T_world_object=T_table_person @ seat.T_world_object)

@@ -218,7 +218,7 @@ def test_people_are_apart_as_the_slow_way_measures_it():
     ball = rng.normal(size=(4000, 3))
     ball *= 0.2 / np.linalg.norm(ball, axis=1)[:, None]
     for gap in (0.01, 0.03, 0.08, 0.2):
-        other = ball + (0.4 + gap, 0.0, 0.0)
+        other = ball + np.array([0.4 + gap, 0.0, 0.0])
         assert are_apart([ball, other]) == (np.linalg.norm(ball[:, None] - other[None, ::7], axis=2).min() > 0.05)
 
 
