@@ -195,7 +195,7 @@ def sample_plant(rng: np.random.Generator) -> PlantSpec:
         pot_height=uniform(rng, 0.22, 0.38),
         height=height,
         spread=uniform(rng, 0.22, 0.25 + 0.2 * height),
-        n_leaves=int(rng.integers(18, 40)),
+        n_leaves=int(rng.integers(14, 28)),
         growth=int(rng.integers(1 << 31)),
     )
 

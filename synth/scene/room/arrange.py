@@ -1,6 +1,6 @@
 """Puts a camera and groups of people into a room, each on floor that nothing else takes."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from synth.render.presets import mounting_named
 from synth.scene.config import SceneConfig
 from synth.scene.placement import Assembly, pose_on_floor
 from synth.scene.room.groups import Group, Member
-from synth.scene.room.occupancy import Occupancy, footprint
+from synth.scene.room.occupancy import Occupancy
 from synth.scene.room.shell import BuiltRoom
 
 EYE_ROOM = 0.25
@@ -28,7 +28,7 @@ ALIGNED_SHARE = 0.7
 """Share of the groups with objects that are turned as the walls are."""
 LEAST_VIEW = 1.5
 """The camera looks at a place that is at least so far away [m]."""
-N_EYES, N_LOOKED_AT = 4, 256
+N_EYES, N_LOOKED_AT = 4, 160
 """Of so many cameras the one is taken that has the most of so many free places before it: most stand at a wall."""
 AIM = (0.9, 0.25)
 """Mean and standard deviation of the height that the camera looks at [m]."""
@@ -189,19 +189,17 @@ def _eye_at(
 
 
 def gather(
-    groups: Iterator[Group | None],
-    n_people: int,
+    groups: Sequence[Group],
     floor: Occupancy,
     eye: Eye,
     camera: Camera,
     distance: tuple[float, float],
     rng: np.random.Generator,
 ) -> Gathering | None:
-    """Puts groups into a room until enough people are there.
+    """Puts groups into a room.
 
     Args:
-        groups: Groups, none larger than who is still missing; None for one that could not be drawn.
-        n_people: How many people there shall be.
+        groups: The groups, from the first that is put there to the last.
         floor: What is taken; changed.
         eye: The camera, which most groups stand before.
         camera: Its field of view.
@@ -209,21 +207,17 @@ def gather(
         rng: Source of randomness.
 
     Returns:
-        The people, or None if the groups end, or find no place, before all are there.
+        The people, or None if a group finds no place.
     """
     floor.take(eye.place[None], PEOPLE_FROM_EYE)
     gathering = Gathering()
     for group in groups:
-        if group is not None:
-            prints = footprint(group.points())
-            T = _find_place(prints, bool(group.objects), floor, eye, camera, distance, rng)
-            if T is None:
-                return None
-            gathering = gathering.with_group(group, T)
-            floor.take(prints @ T[:2, :2].T + T[:2, 3], GROUP_ROOM)
-        if len(gathering.people) == n_people:
-            return gathering
-    return None
+        T = _find_place(group.prints, bool(group.objects), floor, eye, camera, distance, rng)
+        if T is None:
+            return None
+        gathering = gathering.with_group(group, T)
+        floor.take(group.prints @ T[:2, :2].T + T[:2, 3], GROUP_ROOM)
+    return gathering
 
 
 def _find_place(

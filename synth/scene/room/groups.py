@@ -1,5 +1,6 @@
 """Groups of people, each with what belongs to them, before they are put into a room."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,7 @@ from synth.scene.bases import draw_arms_pose, draw_base_pose
 from synth.scene.draw import Person, Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family
 from synth.scene.placement import Assembly, pose_on_floor
+from synth.scene.room.occupancy import footprint
 from synth.scene.room.tables import sit_round_table
 from synth.scene.soundness import MAX_BELOW_FLOOR, is_sound
 
@@ -64,11 +66,11 @@ class Group:
     members: tuple[Member, ...]
     objects: Assembly = ()
 
-    def points(self) -> NDArray[np.float64]:
-        """(n, 3) points that stand for everybody and everything, group frame [m]."""
-        return np.concatenate(
-            [*(one.points() for one in self.members), *(item.world_surface() for item in self.objects)]
-        )
+    @functools.cached_property
+    def prints(self) -> NDArray[np.float64]:
+        """(n, 2) the floor below everybody and everything, group frame [m]."""
+        points = [*(one.points() for one in self.members), *(item.world_surface() for item in self.objects)]
+        return footprint(np.concatenate(points))
 
 
 def draw_group(draw: SceneDraw, kind: str, size: int) -> Group | None:

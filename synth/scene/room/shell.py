@@ -1,12 +1,13 @@
 """Builds a room from its spec: floor, ceiling, walls with their openings, and every piece in its place."""
 
+import functools
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.camera import Camera
 from synth.frame import ObjectRecord
 from synth.geometry import transform_points, translation
 from synth.occluders.background import catalogue
@@ -56,6 +57,27 @@ class BuiltRoom:
     plain: dict[str, object]
     records: tuple[ObjectRecord, ...]
 
+    @functools.cached_property
+    def _balls(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(n, 3) centres of balls round the items, room frame, and (n,) their radii [m]."""
+        points = [item.world_surface() for item in self.items]
+        ends = np.array([(p.min(axis=0), p.max(axis=0)) for p in points])
+        return ends.mean(axis=1), 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+
+    def may_show(self, T_camera_room: NDArray[np.float64], camera: Camera) -> NDArray[np.bool_]:
+        """(n,) whether the ball round each item reaches into a camera's field of view."""
+        centres, radius = self._balls
+        x, y, z = transform_points(T_camera_room, centres).T
+        is_near = z > -radius
+        for f, c, side in (
+            (camera.fx, camera.cx + 1.0, x),
+            (camera.fx, camera.width - camera.cx, -x),
+            (camera.fy, camera.cy + 1.0, y),
+            (camera.fy, camera.height - camera.cy, -y),
+        ):
+            is_near &= f * side + c * z > -radius * np.hypot(f, c)
+        return is_near
+
 
 def build_room(spec: RoomSpec, room_id: str) -> BuiltRoom:
     """Builds a room; no randomness.
@@ -82,13 +104,13 @@ def build_room(spec: RoomSpec, room_id: str) -> BuiltRoom:
     return BuiltRoom(room_id, spec, tuple(items), n_surfaces, spec.plain(), records)
 
 
-@lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=64)
 def made_piece(spec: Spec) -> Occluder:
     """What a spec describes; kept, because rooms repeat their pieces."""
     return catalogue.make(spec)
 
 
-@lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=64)
 def box_of(spec: Spec) -> NDArray[np.float64]:
     """(8, 3) corners of the box round what a spec describes, its own frame [m]."""
     vertices = made_piece(spec).mesh.vertices

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.camera import Camera
 from synth.frame import ObjectRecord, PersonRecord, PersonView, RoomFrame, RoomInfo
 from synth.geometry import inverse, transform_points
 from synth.render.among import PersonVisibility, measure_person, object_fractions
@@ -25,8 +24,10 @@ from synth.vocabulary import SCENE_CODE, SPLITS, SURFACE_CLASSES
 
 _FRAME_STREAM = 6
 """Kept apart from those of other frames, subjects, objects and rooms."""
-MAX_SCENES = 60
-"""Attempts at a scene before a configuration is given up."""
+MAX_SCENES = 12
+"""Casts drawn for a frame before a configuration is given up."""
+MAX_PLACEMENTS = 12
+"""Rooms and cameras tried for one cast."""
 MAX_GROUPS = 24
 """Groups drawn for one scene before it is drawn anew."""
 MIN_SEEN_PIXELS = 400
@@ -131,8 +132,8 @@ class RoomSource:
                 return self._frame(index, split, frame_idx, seen)
         people = self.config.people
         raise RuntimeError(
-            f"frame {index} of seed {self.seed}: in {MAX_SCENES} attempts at {n_people} people in a room the camera "
-            f"saw nobody, or not all found a place; people.visible={people.visible}, people.number={people.number}, "
+            f"frame {index} of seed {self.seed}: in {MAX_SCENES * MAX_PLACEMENTS} attempts at {n_people} people in a "
+            f"room the camera saw nobody, or not all found a place; people.visible={people.visible}, people.number={people.number}, "
             f"distance={self.config.distance}, room.sides={self.config.room.sides} and the mounting's "
             "ranges must leave room for them"
         )
@@ -147,24 +148,32 @@ class RoomSource:
         raise AssertionError("counts do not add up")
 
     def _attempt(self, split: str, frame_idx: int, n_people: int, rng: np.random.Generator) -> _Seen | None:
-        room, taken = self._rooms.draw(split, frame_idx, rng)
-        eye = draw_eye(self.config, room, taken, self._camera, rng)
-        if eye is None:
+        """Draws people, and rooms and cameras until one shows them."""
+        groups = self._draw_groups(split, frame_idx, n_people, rng)
+        if groups is None:
             return None
-        gathering: Gathering | None = Gathering()
-        if n_people:
-            groups = self._groups(split, frame_idx, n_people, rng)
-            distance = distance_range(self.config)
-            gathering = gather(groups, n_people, taken.copy(), eye, self._camera, distance, rng)
-        return None if gathering is None else self._look(room, gathering, eye)
+        distance = distance_range(self.config)
+        for _ in range(MAX_PLACEMENTS):
+            room, taken = self._rooms.draw(split, frame_idx, rng)
+            eye = draw_eye(self.config, room, taken, self._camera, rng)
+            if eye is None:
+                continue
+            gathering = gather(groups, taken.copy(), eye, self._camera, distance, rng)
+            seen = None if gathering is None else self._look(room, gathering, eye)
+            if seen is not None:
+                return seen
+        return None
 
-    def _groups(
+    def _draw_groups(
         self, split: str, frame_idx: int, n_people: int, rng: np.random.Generator
-    ) -> Iterator[Group | None]:
-        """Groups of those who are still missing; one that cannot be drawn is None, and its people leave."""
+    ) -> list[Group] | None:
+        """Groups of so many people, nobody twice; None if too many could not be drawn."""
         self._cast.begin()
+        groups: list[Group] = []
         n_left = n_people
         for _ in range(MAX_GROUPS):
+            if n_left == 0:
+                return groups
             library = None if self._poses is None else self._poses.draw_library(split, rng)
             draw = SceneDraw(self.config, self._cast, split, frame_idx, rng, library)
             kind, size = _draw_kind(self.config, n_left, rng)
@@ -172,10 +181,11 @@ class RoomSource:
             group = draw_group(draw, kind, size)
             if group is None:
                 self._cast.leave(stayed)
-            else:
-                self._cast.leave(stayed | {_number_of(one.person.subject.subject_id) for one in group.members})
-                n_left -= size
-            yield group
+                continue
+            self._cast.leave(stayed | {_number_of(one.person.subject.subject_id) for one in group.members})
+            groups.append(group)
+            n_left -= size
+        return None
 
     def _look(self, room: BuiltRoom, gathering: Gathering, eye: Eye) -> _Seen | None:
         """Draws the scene; None if its view is not one that a camera would be put up for."""
@@ -183,11 +193,11 @@ class RoomSource:
         unseen = set(SURFACE_CLASSES) - set(self.config.room.surfaces)
         objects = (*room.items, *gathering.objects)
         people = [RenderPerson(one.member.person.mesh(), one.T_world_person) for one in gathering.people]
+        is_near = room.may_show(T_camera_world, self._camera)
         things = [
             RenderObject(item.occluder.mesh, SCENE_CODE[item.occluder.class_name], k, item.T_world_object)
             for k, item in enumerate(objects, start=1)
-            if item.occluder.class_name not in unseen
-            and _may_be_seen(item.occluder.mesh.vertices, T_camera_world @ item.T_world_object, self._camera)
+            if item.occluder.class_name not in unseen and (k > len(is_near) or is_near[k - 1])
         ]
         drawn = self._renderer.render_room(T_camera_world, people, things)
         n_pixels = drawn.depth.size
@@ -265,22 +275,6 @@ def _draw_kind(config: SceneConfig, n_left: int, rng: np.random.Generator) -> tu
         names, weights = ["alone"], np.ones(1)
     name = names[int(rng.choice(len(names), p=weights / weights.sum()))]
     return name, int(rng.integers(GROUPS[name].least, min(GROUPS[name].most, n_left) + 1))
-
-
-def _may_be_seen(vertices: NDArray[np.float32], T_camera_mesh: NDArray[np.float64], camera: Camera) -> bool:
-    """Whether the ball round a mesh's box reaches into the field of view."""
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    radius = 0.5 * float(np.linalg.norm(high - low))
-    x, y, z = (T_camera_mesh[:3, :3] @ (0.5 * (low + high)) + T_camera_mesh[:3, 3]).tolist()
-    if z + radius < 0.0:
-        return False
-    edges = (
-        (camera.fx, camera.cx + 1.0, x),
-        (camera.fx, camera.width - camera.cx, -x),
-        (camera.fy, camera.cy + 1.0, y),
-        (camera.fy, camera.height - camera.cy, -y),
-    )
-    return all(f * a + c * z > -radius * float(np.hypot(f, c)) for f, c, a in edges)
 
 
 def _person_record(

@@ -101,7 +101,9 @@ def test_a_sensor_changes_the_depth_alone_and_cuts_what_is_too_far(written):
 
 
 def test_scenes_and_single_people_are_not_mistaken_for_each_other(written, toy_corpus):
-    with pytest.raises(CorpusError, match=r"holds whole scenes, not single people; read frame 2 with corpus\.scene"):
+    with pytest.raises(
+        CorpusError, match=r"holds whole scenes, not single people; read frame 2 with corpus\.scene"
+    ):
         written.frame(2)
     with pytest.raises(CorpusError, match=r"holds single people; read frame 0 with corpus\.frame\(0\)"):
         toy_corpus.scene(0)
@@ -168,5 +170,7 @@ def test_a_damaged_record_is_found(tmp_path):
 
 def test_a_corpus_of_scenes_is_not_gone_on_with_as_another(tmp_path, written):
     other = replace(drawn_order(config(), 7, N_FRAMES), schema_version=1)
-    with pytest.raises(Exception, match="holds a corpus with other settings: schema_version is 2 there and 1 here"):
+    with pytest.raises(
+        Exception, match="holds a corpus with other settings: schema_version is 2 there and 1 here"
+    ):
         write_corpus(written.path, other)

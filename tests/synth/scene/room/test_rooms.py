@@ -176,3 +176,14 @@ def test_unknown_surfaces_and_numbers_name_what_is_allowed():
         RoomConfig(surfaces=("floor", "carpet"))
     with pytest.raises(ValueError, match=r"people number=\(0, 9\) must be \(lowest, highest\) within 0\.\.8"):
         PeopleConfig(number=(0, 9))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_left_out_of_a_view_would_not_have_been_seen(kind):
+    room = rooms(kind)[0]
+    for target in [(2.0, 0.1, 0.8), (-2.0, 1.9, 1.2), (0.1, -1.5, 1.4)]:
+        T, image = drawn(room, (0.1, 0.3, 1.5), target)
+        is_near = room.may_show(inverse(T), CAMERA)
+        assert not is_near.all()
+        assert is_near[np.unique(image.instance[image.instance > 0]) - 1].all()
+        assert (image.object_pixels[1:][~is_near] == 0).all()
