@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.frame import Frame
-from synth.vocabulary import N_JOINTS, N_PARTS, SPLITS
+from synth.vocabulary import MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS
 
 SHARD_FRAMES = 64
 """Frames in one shard, which one worker writes at once."""
@@ -89,6 +89,46 @@ def fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
         Field("split", "uint8", (), "", "split code: " + ", ".join(f"{i} {s}" for i, s in enumerate(SPLITS))),
     )
     return {item.name: item for item in listed}
+
+
+OF_PEOPLE = (
+    "joints", "joint_state", "joint_visible_fraction", "part_visible_fraction", "angles", "T_world_root",
+)  # fmt: skip
+"""Arrays with an entry for each person."""
+
+
+def room_fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
+    """All stored arrays of a corpus of whole scenes.
+
+    Args:
+        height: Image height [px].
+        width: Image width [px].
+        n_dof: Joint angles of the skeleton.
+    """
+    image = (height, width)
+    single = fields_of(height, width, n_dof)
+    listed = [
+        single["depth"],
+        Field("part", "uint8", image, "", "composite body part label, 0 where nobody is seen"),
+        Field("person", "uint8", image, "", "composite number of the person, from 1, 0 where nobody is seen"),
+        Field("occluder", "uint8", image, "", "composite class code of objects and surfaces, 0 elsewhere"),
+        Field("instance", "uint8", image, "", "composite number of the object or surface, 0 elsewhere"),
+        _hidden("hidden_depth", "uint16", image, "mm", "depth of each person alone where the composite hides it"),
+        _hidden("hidden_part", "uint8", image, "", "part of each person alone where the composite hides it"),
+        Field(
+            "n_people", "uint8", (), "", "people of the frame: so many entries of the arrays of people are used"
+        ),
+        Field("box", "uint16", (MAX_PEOPLE, 4), "px", "left, top, width, height of each person alone"),
+    ]
+    for name in OF_PEOPLE:
+        item = single[name]
+        listed.append(Field(name, item.dtype, (MAX_PEOPLE, *item.shape), item.unit, f"{item.meaning}, by person"))
+    listed += [single["T_world_camera"], single["intrinsics"], single["split"]]
+    return {item.name: item for item in listed}
+
+
+def _hidden(name: str, dtype: str, image: tuple[int, int], unit: str, meaning: str) -> Field:
+    return Field(name, dtype, (MAX_PEOPLE, *image), unit, meaning, MAX_PEOPLE)
 
 
 def stored_values(frame: Frame) -> dict[str, np.ndarray]:

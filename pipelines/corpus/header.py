@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of
-from pipelines.corpus.rooms.fields import room_fields_of
+from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of, room_fields_of
 from pipelines.errors import CorpusError
 from storage.ranges import MAX_FRAMES, MAX_SEED
 from synth.camera import MAX_SIDE

@@ -47,7 +47,7 @@ def open_corpora(paths: Sequence[Path]) -> tuple[Corpus, ...]:
     corpora = tuple(map(Corpus.open, paths))
     for corpus in corpora:
         if corpus.header.has_rooms:
-            raise CorpusError(f"{corpus.path} holds whole scenes; models are trained on frames of one person")
+            raise CorpusError(f"{corpus.path} holds whole scenes; models learn from frames of one person")
     first: dict[str, Path] = {}
     for corpus in corpora:
         other = first.setdefault(corpus.digest, corpus.path)

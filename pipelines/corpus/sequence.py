@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from forests.frames import DepthFrame, LabelTable
 from pipelines.corpus.header import Header
 from pipelines.corpus.read import Corpus
+from pipelines.errors import CorpusError
 from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, PART_NAMES, JointState
 
 LABELS = LabelTable(PART_NAMES[1:], OCCLUDER_CLASSES[1:], JOINT_NAMES)
@@ -24,7 +25,7 @@ def label_table(header: Header) -> LabelTable:
 
 @dataclass(frozen=True)
 class CorpusFrames:
-    """Some frames of a corpus, read one at a time.
+    """Some frames of a corpus of single people, read one at a time.
 
     Attributes:
         corpus: An open corpus.
@@ -35,6 +36,12 @@ class CorpusFrames:
     corpus: Corpus
     indices: NDArray[np.int64]
     sensor: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.corpus.header.has_rooms:
+            raise CorpusError(
+                f"{self.corpus.path} holds whole scenes; models learn from and are scored on frames of one person"
+            )
 
     @property
     def labels(self) -> LabelTable:

@@ -12,7 +12,7 @@ from pipelines.corpus.fields import stored_values
 from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
-from pipelines.corpus.rooms.fields import room_values
+from pipelines.corpus.rooms.layers import room_values
 from pipelines.errors import UserError
 from storage.atomic import write_all_atomically
 from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo

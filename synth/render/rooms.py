@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -121,17 +122,20 @@ class RoomRenderer(Renderer):
             )
             class_of_instance[item.instance] = item.class_code
         self._drawn = self._whole  # `render` clears all of it
-        shape = (self.camera.height, width)
-        depth = np.empty(shape, np.uint16)
-        part, person, occluder, instance = (np.empty(shape, np.uint8) for _ in range(4))
+        return RenderedRoom(*self._images(class_of_instance), tuple(bodies), object_pixels)
+
+    def _images(self, class_of_instance: NDArray[np.uint8]) -> tuple[NDArray[Any], ...]:
+        """Depth, part, person, occluder and instance of the composite."""
+        shape = (self.camera.height, self.camera.width)
+        images = (np.empty(shape, np.uint16), *(np.empty(shape, np.uint8) for _ in range(4)))
         _unpack(
             self._composite,
             self._metres * 1000.0,
             self._least,
             *_code_tables(class_of_instance),
-            *(image.reshape(-1) for image in (depth, part, person, occluder, instance)),
+            *(image.reshape(-1) for image in images),
         )
-        return RenderedRoom(depth, part, person, occluder, instance, tuple(bodies), object_pixels)
+        return images
 
     def _crop(self, drawn: NDArray[np.int64], first_code: int) -> BodyCrop:
         """What the buffer of one person alone holds, cut to its outline."""

@@ -1,12 +1,13 @@
-"""The body layers of whole scenes: one map a person, stored where the composite does not show the same."""
+"""Whole scenes as stored entries and back; of each body layer is stored what the composite does not show."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.corpus.fields import OF_PEOPLE
 from pipelines.corpus.layers import body_layer, hidden_layer
 from synth.camera import Camera
 from synth.frame import PersonView, RoomFrame, RoomInfo
-from synth.vocabulary import MAX_PEOPLE
+from synth.vocabulary import MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS, JointState
 
 
 def hidden_layers(frame: RoomFrame) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
@@ -30,6 +31,43 @@ def hidden_layers(frame: RoomFrame) -> tuple[NDArray[np.uint16], NDArray[np.uint
             frame.depth[window], part, view.body_depth, view.body_part
         )
     return hidden_depth, hidden_part
+
+
+def room_values(frame: RoomFrame, n_dof: int) -> dict[str, np.ndarray]:
+    """A scene's entries by array name.
+
+    Args:
+        frame: The scene.
+        n_dof: Joint angles of the skeleton.
+    """
+    n = len(frame.people)
+    hidden_depth, hidden_part = hidden_layers(frame)
+    camera = frame.camera
+    values: dict[str, np.ndarray] = {
+        "depth": frame.depth,
+        "part": frame.part,
+        "person": frame.person,
+        "occluder": frame.occluder,
+        "instance": frame.instance,
+        "hidden_depth": hidden_depth,
+        "hidden_part": hidden_part,
+        "n_people": np.array(n, dtype=np.uint8),
+        "box": np.zeros((MAX_PEOPLE, 4), np.uint16),
+        "joints": np.full((MAX_PEOPLE, N_JOINTS, 3), np.nan, np.float32),
+        "joint_state": np.full((MAX_PEOPLE, N_JOINTS), JointState.UNKNOWN.value, np.uint8),
+        "joint_visible_fraction": np.zeros((MAX_PEOPLE, N_JOINTS), np.float32),
+        "part_visible_fraction": np.zeros((MAX_PEOPLE, N_PARTS + 1), np.float32),
+        "angles": np.zeros((MAX_PEOPLE, n_dof), np.float32),
+        "T_world_root": np.tile(np.eye(4), (MAX_PEOPLE, 1, 1)),
+        "T_world_camera": frame.T_world_camera,
+        "intrinsics": np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
+        "split": np.array(SPLITS.index(frame.info.split), dtype=np.uint8),
+    }
+    for k, view in enumerate(frame.people):
+        values["box"][k] = view.box
+        for name in OF_PEOPLE:
+            values[name][k] = getattr(view, name)
+    return values
 
 
 def room_frame(values: dict[str, np.ndarray], camera: Camera, info: RoomInfo) -> RoomFrame:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from pipelines.corpus.fields import OF_PEOPLE
 from pipelines.corpus.read import Corpus
-from pipelines.corpus.rooms.fields import OF_PEOPLE
 from synth.vocabulary import MAX_PEOPLE
 
 

@@ -130,12 +130,12 @@ class RoomSource:
             seen = self._attempt(split, frame_idx, n_people, rng)
             if seen is not None:
                 return self._frame(index, split, frame_idx, seen)
-        people = self.config.people
+        people, room = self.config.people, self.config.room
         raise RuntimeError(
             f"frame {index} of seed {self.seed}: in {MAX_SCENES * MAX_PLACEMENTS} attempts at {n_people} people in a "
-            f"room the camera saw nobody, or not all found a place; people.visible={people.visible}, people.number={people.number}, "
-            f"distance={self.config.distance}, room.sides={self.config.room.sides} and the mounting's "
-            "ranges must leave room for them"
+            f"room the camera saw nobody, or not all found a place; people.number={people.number}, "
+            f"people.visible={people.visible}, room.sides={room.sides}, distance={self.config.distance} and the "
+            "mounting's ranges must leave room for them"
         )
 
     def _locate(self, index: int) -> tuple[str, int]:

@@ -13,6 +13,7 @@ from pipelines.corpus.faults import faults
 from pipelines.corpus.joined import open_corpora
 from pipelines.corpus.rooms.laws import broken_room_laws
 from pipelines.corpus.rooms.people import by_person
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 from pipelines.generation.drawn import drawn_order
 from synth.scene.config import SceneConfig, SplitShares
@@ -107,8 +108,10 @@ def test_scenes_and_single_people_are_not_mistaken_for_each_other(written, toy_c
         written.frame(2)
     with pytest.raises(CorpusError, match=r"holds single people; read frame 0 with corpus\.frame\(0\)"):
         toy_corpus.scene(0)
-    with pytest.raises(CorpusError, match="models are trained on frames of one person"):
+    with pytest.raises(CorpusError, match="models learn from frames of one person"):
         open_corpora([written.path])
+    with pytest.raises(CorpusError, match="models learn from and are scored on frames of one person"):
+        CorpusFrames(written, written.split("train"))
 
 
 @pytest.mark.slow

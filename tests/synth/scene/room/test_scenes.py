@@ -152,7 +152,7 @@ def test_splits_share_no_room_no_subject_and_no_object(frames):
 
 def test_a_frame_is_the_same_in_any_order_and_alone(frames):
     fresh = RoomSource(config(), 11, N_FRAMES)
-    for index in (17, 3, N_FRAMES - 1):
+    for index in (9, 3, N_FRAMES - 1):
         assert digest(fresh.frame(index)) == digest(frames[index])
     assert digest(RoomSource(config(), 12, N_FRAMES).frame(3)) != digest(frames[3])
 
