@@ -29,22 +29,18 @@ from synth.vocabulary import JointState
 
 LIMIT = 0.01
 NEAR = 0.05
-"""Pairs whose boxes are farther apart than this are not measured [m]."""
+"""Points farther from a mesh's box than this are not measured [m]."""
 SHELL = ("floor", "wall", "ceiling")
 
 
-def signed_distance(mesh: LabelledMesh, points: np.ndarray) -> float:
-    """Least signed distance of points to a closed mesh by libigl, negative inside [m]."""
-    return float(
-        igl.signed_distance(
-            points.astype(np.float64), mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
-        )[0].min()
-    )
-
-
-def are_near(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether the boxes round two sets of points are within reach of each other."""
-    return bool(((a.min(axis=0) < b.max(axis=0) + NEAR) & (b.min(axis=0) < a.max(axis=0) + NEAR)).all())
+def gap_to(mesh: LabelledMesh, points: np.ndarray) -> float:
+    """Least signed distance of the points near a closed mesh to it, by libigl, negative inside [m]; at most `NEAR`."""
+    vertices = mesh.vertices.astype(np.float64)
+    is_near = ((points > vertices.min(axis=0) - NEAR) & (points < vertices.max(axis=0) + NEAR)).all(axis=1)
+    if not is_near.any():
+        return NEAR
+    distances = igl.signed_distance(points[is_near].astype(np.float64), vertices, mesh.faces.astype(np.int64))[0]
+    return min(NEAR, float(distances.min()))
 
 
 @functools.lru_cache(maxsize=64)
@@ -68,14 +64,9 @@ def skins_of(frame: RoomFrame) -> list[LabelledMesh]:
 
 
 def audit(frame: RoomFrame) -> tuple[list[float], float]:
-    """Gaps between the skins of pairs that are near each other, and the deepest overlap of a skin and a thing [m]."""
+    """Gaps between the skins of pairs, at most `NEAR`, and the deepest overlap of a skin and a thing [m]."""
     skins = skins_of(frame)
-    between = [
-        min(signed_distance(a, b.vertices), signed_distance(b, a.vertices))
-        for k, a in enumerate(skins)
-        for b in skins[:k]
-        if are_near(a.vertices, b.vertices)
-    ]
+    between = [min(gap_to(a, b.vertices), gap_to(b, a.vertices)) for k, a in enumerate(skins) for b in skins[:k]]
     deepest = 0.0
     for item in frame.info.objects:
         if item.class_name in SHELL:
@@ -84,11 +75,9 @@ def audit(frame: RoomFrame) -> tuple[list[float], float]:
         mesh = bare.transformed(item.T_world_object)
         T = np.array(item.T_world_object)
         for skin in skins:
-            if not are_near(mesh.vertices, skin.vertices):
-                continue
-            gap = signed_distance(skin, surface @ T[:3, :3].T + T[:3, 3])
+            gap = gap_to(skin, surface @ T[:3, :3].T + T[:3, 3])
             if mesh.is_closed:
-                gap = min(gap, signed_distance(mesh, skin.vertices))
+                gap = min(gap, gap_to(mesh, skin.vertices))
             deepest = max(deepest, -gap)
     return between, deepest
 
@@ -112,10 +101,13 @@ def main() -> None:
                 states.update(JointState(int(state)).name.lower() for state in view.joint_state)
     n = len(deepest)
     over = sum(depth > LIMIT for depth in deepest)
-    share = {name: f"{count / states.total():.1%}" for name, count in states.most_common()}
+    share = ", ".join(f"{name} {100 * count / states.total():.1f} %" for name, count in states.most_common())
     print(f"{n} frames; skin and things overlap by over 1 cm in {over}; deepest {1000 * max(deepest):.1f} mm")
-    least = f"{1000 * min(between):.1f}" if between else "none"
-    print(f"{len(between)} pairs of people near each other; least gap between their skins {least} mm")
+    near = [gap for gap in between if gap < NEAR]
+    told = f"least {1000 * min(near):.1f} mm" if near else "none"
+    print(
+        f"{len(between)} pairs of people; gaps between their skins below {100 * NEAR:.0f} cm: {len(near)}, {told}"
+    )
     print(f"people of whom at least a quarter is seen, a frame: {np.mean(n_seen):.2f} (of 0..8)")
     print(f"joints of people who are seen at all: {share}")
 

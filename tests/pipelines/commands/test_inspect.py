@@ -118,7 +118,7 @@ def test_a_corpus_of_the_models_own_poses_covers_recorded_life():
     arrays["T_world_root"][:, :3, :3] = [one.R_world_root for one in drawn]
 
     def corpus(names):
-        header = SimpleNamespace(labels={"angles": [[name, -1.0, 1.0] for name in names]})
+        header = SimpleNamespace(labels={"angles": [[name, -1.0, 1.0] for name in names]}, has_rooms=False)
         return SimpleNamespace(header=header, arrays=arrays.__getitem__)
 
     shares = life_covered(corpus([dof.name for dof in DOFS]))

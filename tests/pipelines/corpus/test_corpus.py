@@ -113,7 +113,7 @@ def edit_header(root, **values):
 def test_another_schema_or_a_damaged_header_is_refused(tmp_path, order):
     write_corpus(tmp_path / "c", order(5))
     edit_header(tmp_path / "c", schema_version=99)
-    with pytest.raises(CorpusError, match="schema version 99; this program reads version 1"):
+    with pytest.raises(CorpusError, match="schema version 99; this program reads versions 1 and 2"):
         Corpus.open(tmp_path / "c")
     edit_header(tmp_path / "c", schema_version=1, n_frames=4)
     with pytest.raises(CorpusError, match="digest"):

@@ -105,6 +105,20 @@ def test_nothing_in_a_room_cuts_through_anything_or_leaves_the_room(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_nothing_stands_in_the_way_of_a_door(kind):
+    n_doors = 0
+    for room in rooms(kind):
+        for door in (item for item in room.spec.openings if item.filling != "glass"):
+            n_doors += 1
+            T_wall_room = inverse(room.spec.wall_pose(door.wall))
+            for item in room.items[room.n_surfaces :]:
+                x, y, z = transform_points(T_wall_room, item.world_surface()).T
+                is_before = (x < 0.9) & (np.abs(y - door.at) < door.width / 2) & (z < door.top)
+                assert not is_before.any(), item.spec_id
+    assert n_doors or kind == "hall"
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_everything_stands_on_the_floor_or_on_something_or_hangs_on_a_wall(kind):
     for room in rooms(kind):
         for item in room.items[room.n_surfaces :]:
