@@ -12,7 +12,6 @@ from pipelines.corpus.fields import stored_values
 from pipelines.corpus.frameinfo import info_line, info_path, split_ids
 from pipelines.corpus.header import Header
 from pipelines.corpus.manifest import ShardLine
-from pipelines.corpus.rooms.layers import room_values
 from pipelines.errors import UserError
 from storage.atomic import write_all_atomically
 from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo
@@ -62,8 +61,7 @@ def write_shard(
     for index in header.frames_of(shard):
         frame = make_frame(source, index)
         _check_frame(frame, header, index)
-        stored = room_values(frame, header.n_dof) if isinstance(frame, RoomFrame) else stored_values(frame)
-        for name, value in stored.items():
+        for name, value in _stored(frame, header).items():
             if name in chunks:
                 chunks[name] += shards.encode_maps(fields[name], value)
             else:
@@ -85,6 +83,15 @@ def write_shard(
         sha256={name: hashlib.sha256(content).hexdigest() for name, content in data.items()},
         splits=split_ids(infos),
     )
+
+
+def _stored(frame: Frame | RoomFrame, header: Header) -> dict[str, np.ndarray]:
+    """A frame's entries by array name."""
+    if isinstance(frame, RoomFrame):
+        from pipelines.corpus.rooms.layers import room_values
+
+        return room_values(frame, header.n_dof)
+    return stored_values(frame)
 
 
 def make_frame(source: FrameSource, index: int) -> Frame | RoomFrame:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig, SceneWeights, SplitShares
-from synth.scene.pools import Pools, _per_block
+from synth.scene.pools import Pools, per_block
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_split_counts_add_up_and_follow_the_shares(n_frames: int) -> None:
 
 @pytest.mark.parametrize("frames_each", range(1, DRAWS_PER_BLOCK + 1))
 def test_no_subject_serves_more_frames_on_average_than_asked_for(frames_each: int) -> None:
-    assert DRAWS_PER_BLOCK / _per_block(frames_each) <= frames_each
+    assert DRAWS_PER_BLOCK / per_block(frames_each) <= frames_each
 
 
 def test_adults_take_the_statures_asked_for_and_keep_their_mass_index() -> None:
