@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -122,20 +121,18 @@ class RoomRenderer(Renderer):
             )
             class_of_instance[item.instance] = item.class_code
         self._drawn = self._whole  # `render` clears all of it
-        return RenderedRoom(*self._images(class_of_instance), tuple(bodies), object_pixels)
+        depth, labels = self._images(class_of_instance)
+        part, person, occluder, instance = labels
+        return RenderedRoom(depth, part, person, occluder, instance, tuple(bodies), object_pixels)
 
-    def _images(self, class_of_instance: NDArray[np.uint8]) -> tuple[NDArray[Any], ...]:
-        """Depth, part, person, occluder and instance of the composite."""
+    def _images(self, class_of_instance: NDArray[np.uint8]) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+        """Depth of the composite, and (4, height, width) its part, person, occluder and instance."""
         shape = (self.camera.height, self.camera.width)
-        images = (np.empty(shape, np.uint16), *(np.empty(shape, np.uint8) for _ in range(4)))
-        _unpack(
-            self._composite,
-            self._metres * 1000.0,
-            self._least,
-            *_code_tables(class_of_instance),
-            *(image.reshape(-1) for image in images),
-        )
-        return images
+        depth, labels = np.empty(shape, np.uint16), np.empty((4, *shape), np.uint8)
+        tables = _code_tables(class_of_instance)
+        packed = self._composite
+        _unpack(packed, self._metres * 1000.0, self._least, *tables, depth.reshape(-1), *labels.reshape(4, -1))
+        return depth, labels
 
     def _crop(self, drawn: NDArray[np.int64], first_code: int) -> BodyCrop:
         """What the buffer of one person alone holds, cut to its outline."""

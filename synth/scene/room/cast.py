@@ -3,6 +3,7 @@
 from collections import OrderedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig
 from synth.scene.objects import ObjectMix
@@ -15,6 +16,10 @@ from synth.vocabulary import SPLITS
 _ROOM_STREAM = 5
 """Kept apart from those of subjects, objects and composed frames."""
 _MAX_ROOMS = 12
+_START = 2**62
+"""Number of no room: its stream says where the kinds begin."""
+GOLDEN = 0.6180339887498949
+"""Steps of the golden ratio go through the kinds of rooms, so that neighbours differ as their weights allow."""
 
 
 class Cast(Pools):
@@ -81,7 +86,14 @@ class Rooms:
         return cached(self._rooms, (split, number), _MAX_ROOMS, lambda: self._make(split, number))
 
     def _make(self, split: str, number: int) -> tuple[BuiltRoom, Occupancy]:
-        rng = np.random.default_rng([self._seed, _ROOM_STREAM, SPLITS.index(split), number])
-        kind = self._kinds[int(rng.choice(len(self._kinds), p=self._shares))]
+        stream = [self._seed, _ROOM_STREAM, SPLITS.index(split)]
+        rng = np.random.default_rng([*stream, number])
+        start = float(np.random.default_rng([*stream, _START]).random())
+        kind = self._kinds[_place_in(self._shares, (start + GOLDEN * number) % 1.0)]
         room = build_room(sample_room(kind, self._config, rng), f"room/{kind}/{split}/{number:05d}")
         return room, taken_floor(room)
+
+
+def _place_in(shares: NDArray[np.float64], place: float) -> int:
+    """Which of some shares, laid end to end from 0 to 1, a place lies in."""
+    return min(int(np.searchsorted(np.cumsum(shares), place, side="right")), len(shares) - 1)

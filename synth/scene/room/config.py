@@ -57,7 +57,7 @@ class RoomConfig:
     ceiling: tuple[float, float] | None = None
     furniture: float = 1.0
     surfaces: tuple[str, ...] = SURFACE_CLASSES
-    frames_per_room: int = 20
+    frames_per_room: int = 15
 
     def __post_init__(self) -> None:
         check_span("room sides", self.sides, 1.0, 60.0)

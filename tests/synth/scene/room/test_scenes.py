@@ -20,6 +20,7 @@ from synth.render.rasterize import Renderer
 from synth.render.records import RenderObject
 from synth.render.rooms import RenderPerson, RoomRenderer
 from synth.scene.config import SceneConfig, SplitShares
+from synth.scene.room.cast import Rooms
 from synth.scene.room.config import GroupWeights, PeopleConfig, RoomConfig, RoomWeights
 from synth.scene.room.groups import GROUPS, are_apart
 from synth.scene.room.source import RoomSource
@@ -148,6 +149,18 @@ def test_splits_share_no_room_no_subject_and_no_object(frames):
         for name in names:
             assert owner.setdefault(name, info.split) == info.split
     assert set(owner.values()) == {"train", "val", "test"}
+
+
+def test_neighbouring_rooms_are_of_several_kinds_as_often_as_they_weigh():
+    weighed = replace(
+        config(), room=RoomConfig(kinds=RoomWeights(living=2.0, office=1.0, hall=1.0), furniture=0.0)
+    )
+    rooms = Rooms(weighed, 4)
+    kinds = [rooms._make("train", number)[0].spec.kind for number in range(40)]
+    counts = {kind: kinds.count(kind) for kind in ("living", "office", "hall")}
+    assert abs(counts["living"] - 20) <= 1
+    assert abs(counts["office"] - 10) <= 1
+    assert all(len(set(kinds[k : k + 5])) == 3 for k in range(36))
 
 
 def test_a_frame_is_the_same_in_any_order_and_alone(frames):
