@@ -82,7 +82,7 @@ lock: $(VENV)/.installed-dev
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
 		--group build -o requirements.lock pyproject.toml
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
-		--group build --group dev --all-extras -o requirements-dev.lock pyproject.toml
+		--group build --group dev --extra gl -o requirements-dev.lock pyproject.toml
 
 # The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
 LOWEST := $(VENV)-lowest
@@ -91,7 +91,7 @@ LOWEST_TESTS ?= tests/test_import_time.py tests/pipelines/commands/test_import_m
 lowest: $(VENV)/.installed-dev
 	$(UV) venv -q --clear --python $(BIN)/python $(LOWEST)
 	$(UV) pip compile -q --resolution lowest-direct --python $(LOWEST) --no-header \
-		--group build --all-extras -o $(LOWEST)/requirements.txt pyproject.toml
+		--group build --extra gl -o $(LOWEST)/requirements.txt pyproject.toml
 	$(UV) pip install -q --python $(LOWEST) -r $(LOWEST)/requirements.txt pytest pycocotools webdataset
 	$(UV) pip install -q --python $(LOWEST) --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(LOWEST)/numba $(LOWEST)/bin/python -m pytest $(LOWEST_TESTS)

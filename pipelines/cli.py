@@ -55,12 +55,16 @@ COMMANDS = {
         f"train {kind.name}": Command("train", "settings_of", f"train a {kind.title} on corpora", kind.name)
         for kind in KINDS.values()
     },
+    "train orientation": Command(
+        "train_orientation", "TrainOrientationSettings", "train a net that tells which way people face"
+    ),
     "predict": Command("predict", "PredictSettings", "find the joints in depth images and draw them"),
     "evaluate": Command("evaluate", "EvaluateSettings", "score a model on a corpus"),
     "card": Command("card", "CardSettings", "write what a model learned from, its scores and its limits"),
     "ablate": Command("ablate", "AblateSettings", "train and compare all methods on the same frames"),
     "report": Command("report", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
+    "export-model": Command("export_model", "ExportModelSettings", "write a trained net as an ONNX graph"),
     "import mocap": Command("import_mocap", "MocapSettings", "make a library of poses from BVH files"),
     "import depth": Command("import_depth", "DepthSettings", "make a corpus from recorded depth images"),
     "import meshes": Command("import_meshes", "MeshSettings", "make a library of objects from meshes"),
@@ -70,7 +74,7 @@ COMMANDS = {
 def usage() -> str:
     """The help text."""
     lines = ["usage: undergrowth COMMAND [OPTIONS]", "", "commands:"]
-    lines += [f"  {name:<13} {command.summary}" for name, command in COMMANDS.items()]
+    lines += [f"  {name:<17} {command.summary}" for name, command in COMMANDS.items()]
     lines += ["", "undergrowth COMMAND --help lists its options."]
     return "\n".join(lines)
 

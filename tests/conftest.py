@@ -18,7 +18,7 @@ UNUSED_S = 3 * 3600.0
 def sources_digest() -> str:
     """A name for the present contents of the packages."""
     digest = hashlib.sha256()
-    for package in ("storage", "synth", "forests", "pipelines"):
+    for package in ("storage", "synth", "forests", "nets", "pipelines"):
         for path in sorted((ROOT / package).rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:
                 digest.update(f"{path.relative_to(ROOT)}\0".encode())

@@ -25,7 +25,7 @@ def name_of(requirement):
 def imported_modules():
     """Top-level names that the packages import, anywhere in a file."""
     found = set()
-    for package in ("storage", "synth", "forests", "pipelines"):
+    for package in ("storage", "synth", "forests", "nets", "pipelines"):
         for path in (ROOT / package).rglob("*.py"):
             for words in re.findall(r"^\s*(?:import|from) ([\w.]+)", path.read_text(encoding="utf-8"), re.M):
                 found.add(words.split(".")[0])
@@ -58,8 +58,8 @@ def test_a_lock_names_no_index(lock):
     assert not re.search(r"^--(?!hash)", text, re.M)
 
 
-def test_only_opengl_is_an_extra():
-    assert set(PROJECT["optional-dependencies"]) == {"gl"}
+def test_only_opengl_and_nets_are_extras():
+    assert set(PROJECT["optional-dependencies"]) == {"gl", "nets"}
 
 
 def test_the_installed_command_is_the_front_door():
@@ -67,8 +67,8 @@ def test_the_installed_command_is_the_front_door():
     assert command.value == PROJECT["scripts"]["undergrowth"]
 
 
-def test_synth_and_forests_show_no_progress():
-    for package in ("synth", "forests"):
+def test_synth_forests_and_nets_show_no_progress():
+    for package in ("synth", "forests", "nets"):
         for path in (ROOT / package).rglob("*.py"):
             assert "tqdm" not in path.read_text(encoding="utf-8"), path
 

@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("storage", "synth", "forests", "pipelines")
+PACKAGES = ("storage", "synth", "forests", "nets", "pipelines")
 MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_KERNEL_LINES = 350, 50, 80
 MAX_MODULES_PER_FOLDER = 15
 MAX_CHAIN = 15
@@ -89,3 +89,37 @@ def test_commands_are_imported_by_nothing():
         module for module, others in imports_of_pipelines().items() if any(".commands." in o for o in others)
     }
     assert importers == set()
+
+
+def imported_by(node):
+    """Names of the modules that an import statement names."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+
+
+NETS_WITHOUT_TORCH = {f"nets.orientation.{name}" for name in ("angles", "config", "decode", "frames", "model")}
+"""What programs without torch may import when they start."""
+
+
+def test_only_nets_import_torch():
+    users = {
+        path.relative_to(ROOT).parts[0]
+        for path in sources()
+        for node in ast.walk(tree_of(path))
+        if any(name.split(".")[0] in ("torch", "onnx", "onnxruntime") for name in imported_by(node))
+        if path != ROOT / "pipelines" / "corpus" / "torch_dataset.py"
+    }
+    assert users == {"nets"}
+
+
+def test_nothing_outside_nets_needs_torch_to_be_imported():
+    wrong = {
+        (module_of(path), name)
+        for path in sources()
+        if not path.is_relative_to(ROOT / "nets")
+        for node in tree_of(path).body
+        for name in imported_by(node)
+        if name.split(".")[0] == "nets" and name not in NETS_WITHOUT_TORCH
+    }
+    assert wrong == set()

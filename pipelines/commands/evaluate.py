@@ -11,12 +11,16 @@ from typing import Annotated
 import tyro
 
 from pipelines.corpus import Corpus
+from pipelines.errors import UserError
 from pipelines.metrics import N_RESAMPLES
 from pipelines.metrics.document import table_lines
 from pipelines.metrics.offsets import AXES
 from pipelines.metrics.results import is_results
 from pipelines.models.opening import open_model
 from pipelines.models.scoring import Scoring, score_model
+from pipelines.orientation.opening import is_orientation_net, open_net
+from pipelines.orientation.scoring import OrientationScoring, score_orientation
+from pipelines.orientation.scoring import table_lines as orientation_lines
 from pipelines.targets import check_file
 from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
 
@@ -33,6 +37,8 @@ log = logging.getLogger(__name__)
 @dataclass(frozen=True)
 class EvaluateSettings:
     """Scores a model on a corpus and prints a table with 95 % intervals.
+
+    Orientation nets are scored by their angles; --joint-offsets, --rows, --pixels and --skeleton do not concern them.
 
     Attributes:
         model: File of the model.
@@ -72,16 +78,33 @@ class EvaluateSettings:
 
     def run(self) -> int:
         """Scores the model and prints."""
-        document = self.scores()
+        is_net = is_orientation_net(self.model)
+        document = self._orientation_scores() if is_net else self.scores()
         if self.json:
             sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
             return 0
         log.info("%s on %s, split %s: %d frames", self.model, self.corpus, self.split, document["n_frames"])
+        if is_net:
+            for line in orientation_lines(document):
+                log.info("%s", line)
+            return 0
         for line in (*table_lines(document), *_pixel_lines(document["pixels"])):
             log.info("%s", line)
         for line in _offset_lines(document["joint_offsets"]):
             log.info("%s", line)
         return 0
+
+    def _orientation_scores(self) -> dict:
+        """All scores of an orientation net as JSON values.
+
+        Raises:
+            UserError: As of `scores`, or a setting that does not concern such nets.
+        """
+        if self.rows is not None or self.joint_offsets:
+            raise UserError(f"{self.model} is an orientation net; --rows and --joint-offsets are for joints")
+        predictor, about = open_net(self.model)
+        scoring = OrientationScoring(self.split, self.sensor, self.limit, self.resamples, self.seed)
+        return score_orientation(predictor, about, Corpus.open(self.corpus), scoring)
 
     def scores(self) -> dict:
         """All scores as JSON values; writes the rows if asked.

@@ -5,14 +5,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from pipelines.errors import UserError
 from pipelines.models.opening import open_model
+from pipelines.orientation.answering import OrientationRun
+from pipelines.orientation.opening import is_orientation_net, open_net
 from pipelines.predicting.images import Request, corpus_requests, recorded_requests
-from pipelines.predicting.sequence import LINES_NAME, SHEET_NAME, PredictionOptions, PredictionRun
+from pipelines.predicting.sequence import SHEET_NAME, ImageRun, PredictionOptions, PredictionRun
 from pipelines.recordings.plain import GivenCamera
 from pipelines.targets import check_folder
 from storage.ranges import MAX_FRAMES, check_fields
@@ -26,7 +28,7 @@ class PredictSettings:
     """Finds the joints of one person in each depth image and writes NAME.json and NAME.overlay.png.
 
     For several images it also writes skeletons.jsonl and sheet.png. Images that cannot be read are reported and
-    skipped.
+    skipped. Of an orientation net it writes which way the person faces, and orientations.jsonl.
 
     Attributes:
         model: File of the model.
@@ -84,20 +86,32 @@ class PredictSettings:
             UserError: Inputs that contradict one another, or images that were left out.
         """
         self._check_inputs()
-        contestant, about = open_model(self.model, self.skeleton)
-        requests = self._requests()
-        check_folder(self.out, self._names(requests))
-        self.out.mkdir(parents=True, exist_ok=True)
         options = PredictionOptions(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
-        run = PredictionRun(contestant, about, options, self.out)
+        run = self._prediction(options)
+        requests = self._requests()
+        check_folder(self.out, self._names(requests, run.lines_name))
+        self.out.mkdir(parents=True, exist_ok=True)
         if len(requests) == 1:
             run.predict_one(requests[0])
             return 0
         n_skipped = run.predict_all(requests)
-        log.info("%d images: %s, %s", len(requests) - n_skipped, self.out / LINES_NAME, self.out / SHEET_NAME)
+        lines = self.out / run.lines_name
+        log.info("%d images: %s, %s", len(requests) - n_skipped, lines, self.out / SHEET_NAME)
         if n_skipped:
-            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {LINES_NAME} gives the reasons")
+            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {lines.name} gives the reasons")
         return 0
+
+    def _prediction(self, options: PredictionOptions) -> ImageRun[Any]:
+        """The model, ready to be asked.
+
+        Raises:
+            UserError: It cannot be opened, or a setting does not concern such models.
+        """
+        if not is_orientation_net(self.model):
+            return PredictionRun(*open_model(self.model, self.skeleton), options, self.out)
+        if self.smooth:
+            raise UserError(f"{self.model} is an orientation net; --smooth is for joints")
+        return OrientationRun(*open_net(self.model), options, self.out)
 
     def _check_inputs(self) -> None:
         """Refuses inputs that contradict one another."""
@@ -112,10 +126,10 @@ class PredictSettings:
         if self.frame or self.sensor:
             raise UserError("--frame and --sensor need --corpus DIR")
 
-    def _names(self, requests: Sequence[Request]) -> list[str]:
+    def _names(self, requests: Sequence[Request], lines_name: str) -> list[str]:
         """Names of the files that will be written."""
         endings = (".json", ".overlay.png") if self.pictures else (".json",)
-        of_all = [LINES_NAME, SHEET_NAME] if len(requests) > 1 else []
+        of_all = [lines_name, SHEET_NAME] if len(requests) > 1 else []
         return of_all + [request.name + ending for request in requests for ending in endings]
 
     def _requests(self) -> list[Request]:

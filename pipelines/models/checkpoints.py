@@ -33,6 +33,7 @@ class TreeFolder(Generic[TreeT]):
         settings: Mapping[str, Any],
         pack: Callable[[TreeT], dict[str, np.ndarray]],
         unpack: Callable[[dict[str, np.ndarray]], TreeT],
+        noun: str = "trees",
     ) -> None:
         """Takes a folder as it is; `open_trees` checks it.
 
@@ -41,10 +42,12 @@ class TreeFolder(Generic[TreeT]):
             settings: All that the trees hang on, as JSON values.
             pack: A tree as arrays.
             unpack: Undoes `pack`; raises ValueError for other arrays.
+            noun: What the pieces are called in errors.
         """
         self.path = path
         self._settings = json.loads(json.dumps(settings))
         self._pack, self._unpack = pack, unpack
+        self._noun = noun
 
     @property
     def n_trees(self) -> int:
@@ -81,7 +84,7 @@ class TreeFolder(Generic[TreeT]):
             if there != self._settings:
                 difference = first_difference("", there, self._settings).lstrip(".")
                 raise UserError(
-                    f"{self.path} holds trees trained with other settings: {difference}; "
+                    f"{self.path} holds {self._noun} trained with other settings: {difference}; "
                     "finish that training, or give --overwrite to delete them"
                 )
 

@@ -3,10 +3,11 @@
 import json
 import logging
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from storage.atomic import write_atomically
 log = logging.getLogger(__name__)
 
 LINES_NAME, SHEET_NAME = "skeletons.jsonl", "sheet.png"
+EstimateT = TypeVar("EstimateT")
 N_LISTED = 20
 """Of more images, not every one is told."""
 
@@ -55,38 +57,58 @@ class PredictionOptions:
     lists: bool = True
 
 
-class Answer(NamedTuple):
+class Answer(NamedTuple, Generic[EstimateT]):
     """What came of an image.
 
     Attributes:
         request: The image.
         image: As it was asked about.
-        estimate: The joints.
+        estimate: What the model answered.
     """
 
     request: Request
     image: DepthImage
-    estimate: JointEstimate
+    estimate: EstimateT
 
 
-class PredictionRun:
-    """A model, and the folder that what it answers is written to.
+class ImageRun(ABC, Generic[EstimateT]):
+    """A model that is asked about images, and the folder that what it answers is written to.
 
     Attributes:
-        contestant: The model.
-        about: What is told of its file.
+        about: What is told of the model's file.
         options: How it is asked.
         out: The folder.
+        lines_name: Of the file with all answers of a sequence.
+        schema: Of an answer.
     """
 
-    def __init__(
-        self, contestant: Contestant, about: dict[str, Any], options: PredictionOptions, out: Path
-    ) -> None:
-        self.contestant = contestant
+    lines_name: ClassVar[str]
+    schema: ClassVar[tuple[str, int]]
+
+    def __init__(self, about: dict[str, Any], options: PredictionOptions, out: Path) -> None:
         self.about = about
         self.options = options
         self.out = out
-        self._smoother = TrackSmoother(options.fps) if options.fps else None
+
+    @abstractmethod
+    def _ask(self, request: Request, image: DepthImage) -> EstimateT:
+        """Asks the model about an image; a UserError if it cannot answer."""
+
+    @abstractmethod
+    def _values(self, answer: Answer[EstimateT]) -> dict[str, Any]:
+        """What the model answered, as JSON values."""
+
+    @abstractmethod
+    def _picture(self, answer: Answer[EstimateT]) -> Picture:
+        """The picture of an image."""
+
+    @abstractmethod
+    def _panel(self, answer: Answer[EstimateT]) -> Picture:
+        """The picture of an image for the contact sheet."""
+
+    @abstractmethod
+    def _sentence(self, answer: Answer[EstimateT]) -> str:
+        """What the model answered, in words."""
 
     def predict_one(self, request: Request) -> None:
         """Asks about an only image.
@@ -121,20 +143,18 @@ class PredictionRun:
                 tiles.append(sheet_tile(self._panel(answer), request.name))
             if self.options.lists and len(requests) <= N_LISTED:
                 self._tell(answer)
-        write_atomically(self.out / LINES_NAME, "".join(lines))
+        write_atomically(self.out / self.lines_name, "".join(lines))
         if tiles:
             write_picture(self.out / SHEET_NAME, sheet(tiles))
         return n_skipped
 
-    def _answer(self, request: Request) -> Answer:
+    def _answer(self, request: Request) -> Answer[EstimateT]:
         image = request.read()
         depth = self._cut(image.depth, request.source)
         if unlikely := request.judge(depth):
             log.warning("warning: %s", unlikely)
-        estimate = ask(self.contestant, depth, image.camera, self.options.box)
-        if self._smoother is not None:
-            estimate = self._smoother.smoothed(request.track, request.tick, estimate)
-        return Answer(request, DepthImage(depth, image.camera), estimate)
+        cut = DepthImage(depth, image.camera)
+        return Answer(request, cut, self._ask(request, cut))
 
     def _cut(self, depth: NDArray[np.uint16], source: str) -> NDArray[np.uint16]:
         """The depth image without what is nearer or farther; something must be left in the box."""
@@ -147,41 +167,72 @@ class PredictionRun:
             raise UserError(f"{source} shows nothing{where} between {near:g} and {far:g} m")
         return depth
 
-    def _write(self, answer: Answer) -> dict[str, Any]:
+    def _write(self, answer: Answer[EstimateT]) -> dict[str, Any]:
         """Writes an image's files, and gives what they say."""
         document = self._document(answer)
         write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
         if self.options.pictures:
-            picture = skeleton_picture(self.contestant, *answer.image, answer.estimate)
-            write_picture(self.out / f"{answer.request.name}.overlay.png", picture)
+            write_picture(self.out / f"{answer.request.name}.overlay.png", self._picture(answer))
         return document
 
-    def _panel(self, answer: Answer) -> Picture:
-        return skeleton_panel(answer.image.depth, answer.estimate, self.contestant.joints)
-
-    def _path(self, answer: Answer) -> Path:
+    def _path(self, answer: Answer[EstimateT]) -> Path:
         return self.out / f"{answer.request.name}.json"
 
-    def _tell(self, answer: Answer) -> None:
-        n_found = int((answer.estimate.confidence > 0).sum())
-        n_joints = len(self.contestant.joints)
-        nobody = ", probably nobody" if answer.estimate.person_probability < PERSON_FROM else ""
-        path = self._path(answer)
-        log.info("%s: found %d of %d joints%s, %s", answer.request.source, n_found, n_joints, nobody, path)
+    def _tell(self, answer: Answer[EstimateT]) -> None:
+        log.info("%s: %s, %s", answer.request.source, self._sentence(answer), self._path(answer))
 
-    def _document(self, answer: Answer) -> dict[str, Any]:
+    def _document(self, answer: Answer[EstimateT]) -> dict[str, Any]:
         height, width = answer.image.depth.shape
+        schema, version = self.schema
         return {
-            "schema": SCHEMA,
-            "schema_version": SCHEMA_VERSION,
+            "schema": schema,
+            "schema_version": version,
             "model": {name: self.about[name] for name in ("name", "kind", "digest")},
             "image": {"source": answer.request.source, "width": width, "height": height},
             "camera": {name: float(getattr(answer.image.camera, name)) for name in ("fx", "fy", "cx", "cy")},
             "box": self.options.box,
             "near": self.options.near,
             "far": number_value(self.options.far),
-            "smoothed_fps": self.options.fps or None,
-        } | body_values(answer.estimate, self.contestant.joints)
+        } | self._values(answer)
+
+
+class PredictionRun(ImageRun[JointEstimate]):
+    """A run that finds joints.
+
+    Attributes:
+        contestant: The model.
+    """
+
+    lines_name = LINES_NAME
+    schema = (SCHEMA, SCHEMA_VERSION)
+
+    def __init__(
+        self, contestant: Contestant, about: dict[str, Any], options: PredictionOptions, out: Path
+    ) -> None:
+        super().__init__(about, options, out)
+        self.contestant = contestant
+        self._smoother = TrackSmoother(options.fps) if options.fps else None
+
+    def _ask(self, request: Request, image: DepthImage) -> JointEstimate:
+        estimate = ask(self.contestant, image.depth, image.camera, self.options.box)
+        if self._smoother is not None:
+            estimate = self._smoother.smoothed(request.track, request.tick, estimate)
+        return estimate
+
+    def _values(self, answer: Answer[JointEstimate]) -> dict[str, Any]:
+        smoothed = {"smoothed_fps": self.options.fps or None}
+        return smoothed | body_values(answer.estimate, self.contestant.joints)
+
+    def _picture(self, answer: Answer[JointEstimate]) -> Picture:
+        return skeleton_picture(self.contestant, *answer.image, answer.estimate)
+
+    def _panel(self, answer: Answer[JointEstimate]) -> Picture:
+        return skeleton_panel(answer.image.depth, answer.estimate, self.contestant.joints)
+
+    def _sentence(self, answer: Answer[JointEstimate]) -> str:
+        n_found = int((answer.estimate.confidence > 0).sum())
+        nobody = ", probably nobody" if answer.estimate.person_probability < PERSON_FROM else ""
+        return f"found {n_found} of {len(self.contestant.joints)} joints{nobody}"
 
 
 def _line(document: dict[str, Any]) -> str:

@@ -1,0 +1,6 @@
+"""Puts the toy patches on the path of tests."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
