@@ -1,8 +1,9 @@
 """Settings of orientation nets, and the sizes of what they look at."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
+from nets.views import View
 from storage.ranges import MAX_SEED, check_fields
 
 Region = Literal["body", "head"]
@@ -27,29 +28,6 @@ POSTURES: tuple[str, ...] = ("standing", "sitting", "bent", "squatting")
 """What a body may do, by code; -1 = not known."""
 FEWEST_BINS = 3
 N_TILT_ROLL = 2
-
-
-class View(NamedTuple):
-    """The piece of the world that a net looks at.
-
-    Attributes:
-        height: Rows of the net's input.
-        width: Columns of the net's input.
-        margin: Rows and columns more on each side of a patch, from which inputs are cropped.
-        pixel_m: Side of a pixel at the person's distance [m].
-        reach_m: Depths are told within so much of the person's distance [m].
-    """
-
-    height: int
-    width: int
-    margin: int
-    pixel_m: float
-    reach_m: float
-
-    @property
-    def patch(self) -> tuple[int, int]:
-        """(height, width) with the margin."""
-        return self.height + 2 * self.margin, self.width + 2 * self.margin
 
 
 VIEWS: dict[tuple[Region, Architecture], View] = {

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from forests.boxes import Box
 from forests.frames import Pinhole
-from nets.orientation.config import Region, View
+from nets.orientation.config import Region
 from nets.patches import Patch, body_window, cut_patch, head_window
+from nets.views import View
 
 
 class Truth(NamedTuple):

@@ -33,7 +33,7 @@ class OrientationNet(nn.Module):
         """What the net puts out.
 
         Args:
-            images: (n, 2, height, width) float32, see `nets.orientation.inputs`.
+            images: (n, 2, height, width) float32, see `nets.inputs`.
 
         Returns:
             (n, n_angle), (n,) and (n, n_auxiliary) float32, see `nets.orientation.decode.RawOutputs`.

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from forests.boxes import Box
 from forests.frames import Pinhole, check_depth
+from nets.inputs import crop_inputs
 from nets.orientation.angles import Array
 from nets.orientation.config import OrientationConfig, Region
 from nets.orientation.decode import RawOutputs, decode_crops, softmax
 from nets.orientation.estimate import OrientationEstimate
 from nets.orientation.frames import patch_of
-from nets.orientation.inputs import crop_inputs
 from nets.orientation.model import OrientationModel
 from nets.orientation.network import OrientationNet, net_of
 
@@ -48,15 +48,19 @@ def ask_patches(net: OrientationNet, config: OrientationConfig, relative: NDArra
         config: Its settings.
         relative: (n, ...) int16 patches with their margin [mm].
     """
+    return read_outputs(raw_outputs(net, config, relative), config, n_crops_of(config))
+
+
+def raw_outputs(net: OrientationNet, config: OrientationConfig, relative: NDArray[np.int16]) -> RawOutputs:
+    """What the net puts out for all crops of many patches, those of each patch after one another."""
     n_crops = n_crops_of(config)
-    parts = []
+    none = np.empty((0, config.n_angle)), np.empty(0), np.empty((0, config.n_auxiliary))
+    parts = [RawOutputs(*(values.astype(np.float32) for values in none))]
     with torch.inference_mode():
         for begin in range(0, len(relative), BATCH):
             images = crop_inputs(relative[begin : begin + BATCH], config.view, n_crops)
             parts.append(RawOutputs(*(value.numpy() for value in net(images))))
-    if not parts:
-        return Answers(np.empty(0), np.empty(0), np.empty((0, config.n_auxiliary)))
-    return read_outputs(RawOutputs(*map(np.concatenate, zip(*parts, strict=True))), config, n_crops)
+    return RawOutputs(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def read_outputs(raw: RawOutputs, config: OrientationConfig, n_crops: int) -> Answers:

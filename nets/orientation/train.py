@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from nets.fitting import Checkpoint, Fit, fit
+from nets.inputs import draw, training_inputs
 from nets.modules import to_arrays
 from nets.orientation.angles import angular_error, bin_centre, bin_of
 from nets.orientation.concentration import calibrate
@@ -15,7 +16,6 @@ from nets.orientation.config import OrientationConfig
 from nets.orientation.costs import COSTS, concentration_cost, posture_cost, tilt_roll_cost
 from nets.orientation.decode import decode_angle
 from nets.orientation.frames import Patches
-from nets.orientation.inputs import draw, training_inputs
 from nets.orientation.model import OrientationModel
 from nets.orientation.network import OrientationNet
 from nets.orientation.predict import ask_patches

@@ -16,6 +16,7 @@ from pipelines.corpus.joined import open_corpora
 from pipelines.corpus.read import Corpus
 from pipelines.errors import UserError
 from pipelines.models.training import partial_folder
+from pipelines.orientation.opening import check_torch
 from pipelines.orientation.scoring import validation_scores
 from pipelines.orientation.training import check_patches, cut_patches, frames_of, identity_of, train_into
 from pipelines.progress import Progress
@@ -70,12 +71,7 @@ class TrainOrientationSettings:
         Raises:
             UserError: torch is missing, corpora that cannot be used, or a file that may not be replaced.
         """
-        from nets.runtime import MissingLibraryError, load_torch
-
-        try:
-            load_torch()
-        except MissingLibraryError as error:
-            raise UserError(str(error)) from None
+        check_torch()
         check_file(self.out, read_model, self.overwrite)
         corpora = open_corpora(self.corpora)
         train, val = (self._patches(corpora, split) for split in ("train", "val"))

@@ -16,6 +16,20 @@ KIND = "orientation"
 """In model files."""
 
 
+def check_torch() -> None:
+    """Makes sure that torch is installed.
+
+    Raises:
+        UserError: It is not; says how to get it.
+    """
+    from nets.runtime import MissingLibraryError, load_torch
+
+    try:
+        load_torch()
+    except MissingLibraryError as error:
+        raise UserError(str(error)) from None
+
+
 def is_orientation_net(path: Path) -> bool:
     """Whether a file is a sound model file of an orientation net; what is wrong with others is told elsewhere."""
     try:
@@ -56,12 +70,7 @@ def open_net(path: Path) -> tuple["OrientationPredictor", dict[str, Any]]:
     Raises:
         UserError: There is no such file, it holds no orientation net, or torch is not installed.
     """
-    from nets.runtime import MissingLibraryError, load_torch
-
-    try:
-        load_torch()
-    except MissingLibraryError as error:
-        raise UserError(str(error)) from None
+    check_torch()
     from nets.orientation.predict import OrientationPredictor
 
     model = open_orientation_model(path)

@@ -11,12 +11,12 @@ torch = pytest.importorskip("torch", reason="torch is not installed")
 from toy_patches import toy_patches
 
 from forests.modelfile import ModelFileError, read_model, write_model
+from nets.inputs import Draws, crop_inputs, draw, training_inputs
 from nets.modules import to_arrays
 from nets.orientation.config import OUTPUTS, VIEWS, OrientationConfig
 from nets.orientation.costs import COSTS, concentration_cost, posture_cost, tilt_roll_cost
 from nets.orientation.decode import decode_crops
 from nets.orientation.export import to_onnx
-from nets.orientation.inputs import Draws, crop_inputs, draw, training_inputs
 from nets.orientation.model import Calibration, OrientationModel
 from nets.orientation.network import OrientationNet, net_of
 from nets.orientation.predict import OrientationPredictor

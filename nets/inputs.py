@@ -1,14 +1,14 @@
 """From patches to a net's input: crops, and in training what may go wrong with a person's patch."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from nets.orientation.config import OrientationConfig, View
 from nets.patches import MISSING
+from nets.views import View
 
 PERSON, OBJECT = 1, 2
 """Kinds of pixels."""
@@ -44,6 +44,45 @@ def crop_inputs(relative: NDArray[np.int16], view: View, n_crops: int) -> Tensor
     return to_channels(torch.stack(crops, dim=1).reshape(-1, h, w), view)
 
 
+class Augmentation(Protocol):
+    """Settings of what may go wrong with a patch in training; see `nets.orientation.config.OrientationConfig`."""
+
+    @property
+    def view(self) -> View:
+        """What the net looks at."""
+        ...
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether half of the people are shown in the mirror."""
+        ...
+
+    @property
+    def cut_share(self) -> float:
+        """Share of the people who are shown without the objects around them."""
+        ...
+
+    @property
+    def bleed_share(self) -> float:
+        """Share of those whose outline is wrong."""
+        ...
+
+    @property
+    def hole_share(self) -> float:
+        """Largest share of pixels that are lost."""
+        ...
+
+    @property
+    def depth_jitter_m(self) -> float:
+        """Standard deviation of the distance [m]."""
+        ...
+
+    @property
+    def scale_jitter(self) -> float:
+        """Patches are shown up to this share larger or smaller."""
+        ...
+
+
 class Draws(NamedTuple):
     """What is drawn for a batch of n people, each (n,).
 
@@ -72,7 +111,7 @@ class Draws(NamedTuple):
     hole_share: NDArray[np.float64]
 
 
-def draw(rng: np.random.Generator, n: int, config: OrientationConfig) -> Draws:
+def draw(rng: np.random.Generator, n: int, config: Augmentation) -> Draws:
     """Draws what happens to n people."""
     margin = config.view.margin
     return Draws(

@@ -1,0 +1,73 @@
+"""Table 4 of Beyer et al. 2015 at a toy size: planned, interrupted, gone on with, drawn."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nets.orientation.config import OrientationConfig
+from pipelines.orientation import ablation
+from pipelines.orientation.ablation import OrientationAblationConfig, run_orientation_ablation, trainings_of
+from pipelines.orientation.table import counts_picture, table_lines
+
+NET = OrientationConfig(region="head", n_epochs=1, batch_size=4, auxiliary_weight=0.0)
+TINY = OrientationAblationConfig(
+    train_frames=8,
+    val_frames=2,
+    test_frames=6,
+    bins=(4, 0),
+    outputs=("softmax_centres", "softmax_interpolated", "biternion_cosine"),
+    n_seeds=2,
+    sensor=None,
+    net=NET,
+)
+
+
+def test_the_papers_table_is_planned_whole():
+    trainings = trainings_of(OrientationAblationConfig())
+    assert len(trainings) == len({training.name for training in trainings}) == 5 * (6 * 5 + 4)
+    cells = {(output, training.config.n_bins) for training in trainings for output in training.outputs}
+    assert len(cells) == 6 * 6 + 4
+    kappas = {training.config.output: training.config.kappa for training in trainings}
+    assert (kappas["von_mises"], kappas["biternion_von_mises"]) == (0.5, 1.0)
+    assert trainings[33].config.seed == 0
+    assert trainings[34].config.seed == 1
+
+
+def test_values_that_stand_twice_are_refused():
+    with pytest.raises(ValueError, match="bins=\\[4, 4\\] must hold at least one value, all different"):
+        replace(TINY, bins=(4, 4))
+
+
+def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatch):
+    pytest.importorskip("torch", reason="torch is not installed")
+    whole = run_orientation_ablation(TINY, tmp_path / "whole")
+    do, n_done = ablation._do, 0
+
+    def do_two(*arguments):
+        nonlocal n_done
+        if n_done == 2:
+            raise KeyboardInterrupt
+        n_done += 1
+        do(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ablation, "_do", do_two)
+        with pytest.raises(KeyboardInterrupt):
+            run_orientation_ablation(TINY, tmp_path / "stopped")
+    assert len(list((tmp_path / "stopped" / "rows").iterdir())) == 2
+    assert run_orientation_ablation(TINY, tmp_path / "stopped") == whole
+    assert json.loads((tmp_path / "stopped" / ablation.DOCUMENT_NAME).read_text()) == whole
+    assert not list((tmp_path / "whole").glob("*.safetensors*"))
+    cells = {(cell["output"], cell["n_bins"]): cell for cell in whole["cells"]}
+    assert sorted(cells) == sorted(
+        {("biternion_cosine", 0), ("biternion_cosine", 4), ("softmax_centres", 4), ("softmax_interpolated", 4)}
+    )
+    for cell in cells.values():
+        assert np.sum(cell["counts"]) == 2 * whole["n_test"]
+        assert cell["mean_error_deg"] == pytest.approx(np.mean(cell["of_seeds_deg"]))
+    lines = list(table_lines(whole))
+    assert len(lines) == 4
+    assert "±" in lines[2]
+    assert counts_picture(whole).ndim == 3
