@@ -55,14 +55,17 @@ class Graph:
         self._arrays[name] = np.ascontiguousarray(values)
         return name
 
-    def convolution(self, source: str, weights: Mapping[str, np.ndarray], name: str, padding: int) -> str:
-        """Adds a convolution, its batch normalisation and ReLU.
+    def convolution(
+        self, source: str, weights: Mapping[str, np.ndarray], name: str, padding: int, stride: int = 1
+    ) -> str:
+        """Adds a convolution of 3x3, its batch normalisation and ReLU.
 
         Args:
             source: The input.
-            weights: By name: `NAME.weight` of the convolution, and what `bn_after` says of the normalisation.
-            name: Such as "features.0".
+            weights: By name; the normalisation's layer has the number after that of the convolution.
+            name: Of the convolution, such as "features.0".
             padding: Zeros on each side.
+            stride: Pixels from one place to the next.
         """
         stem, _, number = name.rpartition(".")
         after = f"{stem}.{int(number) + 1}"
@@ -71,8 +74,21 @@ class Graph:
         kernel = self.constant(f"{name}.weight", weights[f"{name}.weight"] * scale[:, None, None, None])
         bias = weights[f"{after}.bias"] - weights[f"{after}.running_mean"] * scale
         inputs = [source, kernel, self.constant(f"{name}.bias", bias)]
-        sides = {"kernel_shape": [KERNEL] * 2, "pads": [padding] * 4}
+        sides = {"kernel_shape": [KERNEL] * 2, "pads": [padding] * 4, "strides": [stride] * 2}
         return self.add("Relu", [self.add("Conv", inputs, **sides)])
+
+    def pointwise(self, source: str, weights: Mapping[str, np.ndarray], name: str, output: str = "") -> str:
+        """Adds a convolution of 1x1."""
+        return self.add("Conv", [source, *self._constants(weights, name)], output, kernel_shape=[1, 1])
+
+    def twice(self, source: str) -> str:
+        """Adds maps of twice the size, each cell repeated."""
+        scales = self.constant("twice", np.array([1.0, 1.0, 2.0, 2.0], np.float32))
+        how = {"mode": "nearest", "coordinate_transformation_mode": "asymmetric", "nearest_mode": "floor"}
+        return self.add("Resize", [source, "", scales], **how)
+
+    def _constants(self, weights: Mapping[str, np.ndarray], name: str) -> list[str]:
+        return [self.constant(f"{name}.{part}", weights[f"{name}.{part}"]) for part in ("weight", "bias")]
 
     def trunk(self, source: str, trunk: Trunk, weights: Mapping[str, np.ndarray], name: str) -> str:
         """Adds the stages of a trunk, whose layers are numbered as `nets.modules.convolutions` numbers them."""
@@ -89,11 +105,7 @@ class Graph:
 
     def linear(self, source: str, weights: Mapping[str, np.ndarray], name: str, output: str = "") -> str:
         """Adds a linear layer."""
-        inputs = [
-            source,
-            *(self.constant(f"{name}.{part}", weights[f"{name}.{part}"]) for part in ("weight", "bias")),
-        ]
-        return self.add("Gemm", inputs, output, transB=1)
+        return self.add("Gemm", [source, *self._constants(weights, name)], output, transB=1)
 
     def output(self, name: str, *shape: int) -> None:
         """Makes a node's output one of the graph, with the shape of one image's."""

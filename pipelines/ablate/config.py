@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from pipelines.errors import UserError
-from pipelines.models.kinds import KINDS, VARIANTS, ModelConfig
+from pipelines.models.kinds import COMPARED, VARIANTS, ModelConfig
 from pipelines.settings import from_table, read_toml
 from storage.ranges import MAX_FRAMES, MAX_SEED, check_fields, check_number
 from synth.render.sensors import SENSOR_NAMES
@@ -44,7 +44,7 @@ stature. All these are truths; predicted is what a first forest predicts of the 
 ROWS: tuple[str, ...] = tuple(VARIANTS)
 """Methods: baseline, occluders and semantic are regression forests by their mode; rwf_body: a random walk forest
 that learned from bodies alone; rwf: one that learned from what the sensor sees."""
-REGRESSION_ROWS: tuple[str, ...] = tuple(KINDS["oarf"].variants)
+REGRESSION_ROWS: tuple[str, ...] = tuple(COMPARED["oarf"].variants)
 """Methods that most questions compare."""
 
 
@@ -112,7 +112,7 @@ class AblationConfig:
 
     corpus: CorpusConfig = field(default_factory=CorpusConfig)
     rows: tuple[str, ...] = ROWS
-    n_seeds: dict[str, int] = field(default_factory=lambda: dict.fromkeys(KINDS, 1))
+    n_seeds: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 1))
     sensor: str | None = None
     models: Mapping[str, ModelConfig] = field(default_factory=lambda: _models({}, ""))
     questions: tuple[Question, ...] = ()
@@ -127,7 +127,7 @@ class AblationConfig:
     n_resamples: int = 2000
 
     def __post_init__(self) -> None:
-        _check_names("n_seeds", tuple(self.n_seeds), tuple(KINDS))
+        _check_names("n_seeds", tuple(self.n_seeds), tuple(COMPARED))
         for name, count in self.n_seeds.items():
             check_number(f"n_seeds.{name}", count, 1, 1000)
         check_fields(self, {"n_resamples": (1, 10**6), "n_question_seeds": (1, self.n_seeds["oarf"])})
@@ -169,7 +169,7 @@ def load_config(size: Size, path: Path | None = None) -> AblationConfig:
     table = merged(_shipped(SCENES), _shipped(size))
     where = f"{size}.toml" if path is None else str(path)
     table = table if path is None else merged(table, read_toml(path))
-    models = _models({name: table.pop(name) for name in KINDS if name in table}, where)
+    models = _models({name: table.pop(name) for name in COMPARED if name in table}, where)
     return from_table(AblationConfig, table, where, models=models)
 
 
@@ -182,7 +182,7 @@ def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
     if wrong:
         raise UserError(f"{where}.{wrong[0]}={tables[wrong[0]]!r} must be a table")
     models: dict[str, ModelConfig] = {}
-    for name, kind in KINDS.items():
+    for name, kind in COMPARED.items():
         table: Mapping[str, object] = tables.get(name, {})  # type: ignore[assignment]
         models[name] = from_table(kind.config_class(), {"learn_skeleton": False, **table}, f"{where}.{name}")
     return models

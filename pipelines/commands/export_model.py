@@ -1,18 +1,38 @@
 """undergrowth export-model: a trained net as a graph that other programs run."""
 
 import logging
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
+from forests.modelfile import ModelFileError
 from pipelines.errors import UserError
-from pipelines.orientation.opening import KIND, model_kind, open_orientation_model
+from pipelines.orientation.opening import model_kind
 from pipelines.targets import check_place
 from storage.atomic import write_atomically
 
 log = logging.getLogger(__name__)
+
+
+def _orientation(path: Path) -> bytes:
+    from nets.orientation.export import to_onnx
+    from nets.orientation.storage import load_model
+
+    return to_onnx(load_model(path))
+
+
+def _heatmap(path: Path) -> bytes:
+    from nets.heatmap.export import to_onnx
+    from nets.heatmap.storage import load_model
+
+    return to_onnx(load_model(path))
+
+
+EXPORTERS: Mapping[str, Callable[[Path], bytes]] = {"orientation": _orientation, "heatmap": _heatmap}
+"""What writes a model of a kind as an ONNX graph."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +64,12 @@ class ExportModelSettings:
         if out.exists() and not self.overwrite:
             raise UserError(f"{out} exists already; add --overwrite to replace it")
         kind = model_kind(self.model)
-        if kind != KIND:
-            raise UserError(f"{self.model} holds a model of kind {kind!r}; models that can be exported: {KIND}")
+        if kind not in EXPORTERS:
+            known = ", ".join(EXPORTERS)
+            raise UserError(f"{self.model} holds a model of kind {kind!r}; models that can be exported: {known}")
         try:
-            from nets.orientation.export import to_onnx
-
-            content = to_onnx(open_orientation_model(self.model))
-        except MissingLibraryError as error:
+            content = EXPORTERS[kind](self.model)
+        except (MissingLibraryError, ModelFileError) as error:
             raise UserError(str(error)) from None
         write_atomically(out, content)
         log.info("%s: %.1f MB", out, len(content) / 1e6)

@@ -108,6 +108,8 @@ class TrainSettings:
             "max_frames": self.max_frames,
             "software": software_versions(),
         }
+        if self.kind.needs_threads:
+            facts |= {"threads": self.threads}
         identity = {"kind": self.kind.name, "config": to_json(self.model), "labels": to_json(frames.labels)}
         scores: dict[str, float] | None = None
 
@@ -129,16 +131,20 @@ class TrainSettings:
                     metadata=metadata,
                     n_threads=self.threads,
                     drops_others=self.overwrite,
-                    on_resume=lambda n: log.info("continuing after %d finished trees in %s", n, partial),
+                    on_resume=lambda n: log.info("continuing after %s in %s", self._pieces(n), partial),
                     on_share=bar.set_done,
                 )
             except KeyboardInterrupt:
-                n_trees = n_finished_trees(self.out)
-                log.info("%d finished trees are kept; run the same command to continue after them", n_trees)
+                kept = self._pieces(n_finished_trees(self.out))
+                log.info("%s are kept; run the same command to continue after them", kept)
                 raise
             except ValueError as error:
                 raise UserError(f"training on {', '.join(map(str, self.corpora))}: {error}") from None
         return scores
+
+    def _pieces(self, n: int) -> str:
+        """What is finished of a training, in words; of epochs the state after the last one is kept."""
+        return f"{n} finished trees" if self.kind.piece == "tree" else f"all finished {self.kind.piece}s"
 
 
 def settings_of(name: str) -> type[TrainSettings]:
@@ -155,8 +161,8 @@ def settings_of(name: str) -> type[TrainSettings]:
     cls.__module__ = __name__
     cls.__doc__ = f"""Trains a {kind.title} on the train splits of corpora and tunes it on their val splits.
 
-    If it is interrupted, the same command continues after the last finished tree. The same settings give the same
-    bytes.
+    If it is interrupted, the same command continues after the last finished {kind.piece}. The same settings give the
+    same bytes{" on the same number of threads" if kind.needs_threads else ""}.
 
     Attributes:
         forest: How the {kind.title} is trained.

@@ -91,6 +91,8 @@ class ModelKind:
         training_s: About how long a training takes on one core [s], by settings, training and validation frames.
         describe: What a report tells of it, by its settings as JSON values.
         reduced: The model with its first trees and other voting pixels alone, 0 = as trained; None: it has none.
+        piece: What an interrupted training goes on after.
+        needs_threads: Whether the model depends on the number of threads.
     """
 
     name: str
@@ -102,6 +104,8 @@ class ModelKind:
     training_s: Callable[[Any, int, int], float]
     describe: Callable[[Mapping[str, Any]], Description]
     reduced: Callable[[JointPredictor, int, int], JointPredictor] | None = None
+    piece: str = "tree"
+    needs_threads: bool = False
 
 
 def _oarf_config() -> type:
@@ -154,6 +158,40 @@ def _rwf_training_s(config: Any, n_train: int, n_val: int) -> float:
     n_joints = len(config.joints) or len(config.skeleton)
     n_images = (1.0 + config.cut_share) * n_train
     return 0.12 * n_val + 7e-6 * n_joints * config.n_trees * config.n_points * n_images
+
+
+def _heatmap_config() -> type:
+    from nets.heatmap.config import HeatmapConfig
+
+    return HeatmapConfig
+
+
+def _heatmap_tools() -> Tools:
+    from nets.runtime import MissingLibraryError, load_torch
+
+    try:
+        load_torch()
+    except MissingLibraryError as error:
+        raise UserError(str(error)) from None
+    from nets.heatmap.predict import HeatmapPredictor
+    from nets.heatmap.storage import save_model, unpack_model
+    from nets.heatmap.train import train
+
+    def opened(path: Path, contents: Contents) -> JointPredictor:
+        from forests.modelfile import naming_file
+
+        with naming_file(path):
+            return HeatmapPredictor(unpack_model(contents.arrays, contents.metadata))
+
+    def unpacked(arrays: dict[str, np.ndarray], labels: LabelTable, config: Any) -> dict[str, np.ndarray]:
+        return arrays
+
+    return Tools(train, save_model, opened, HeatmapPredictor, dict, unpacked)
+
+
+def _heatmap_training_s(config: Any, n_train: int, n_val: int) -> float:
+    """30 ms an image and epoch, in one thread."""
+    return 0.02 * (n_train + n_val) + 0.03 * config.n_epochs * n_train
 
 
 KINDS: Mapping[str, ModelKind] = {
@@ -210,10 +248,24 @@ KINDS: Mapping[str, ModelKind] = {
             training_s=_rwf_training_s,
             describe=describing.random_walk_forest,
         ),
+        ModelKind(
+            name="heatmap",
+            title="heat map net",
+            config_class=_heatmap_config,
+            tools=_heatmap_tools,
+            variants={},
+            needs_objects=lambda config: config.layer == "composite",
+            training_s=_heatmap_training_s,
+            describe=lambda config: Description((), ()),
+            piece="epoch",
+            needs_threads=True,
+        ),
     )
 }
 """All kinds by name."""
 
+COMPARED: Mapping[str, ModelKind] = {name: kind for name, kind in KINDS.items() if kind.variants}
+"""The kinds that an ablation compares."""
 VARIANTS: Mapping[str, ModelKind] = {variant: kind for kind in KINDS.values() for variant in kind.variants}
 """The kind of every variant, in the order in which an ablation shows them."""
 

@@ -11,11 +11,11 @@ from pipelines.orientation import ablation
 from pipelines.orientation.ablation import OrientationAblationConfig, run_orientation_ablation, trainings_of
 from pipelines.orientation.table import counts_picture, table_lines
 
-NET = OrientationConfig(region="head", n_epochs=1, batch_size=4, auxiliary_weight=0.0)
+NET = OrientationConfig(n_epochs=1, batch_size=32, auxiliary_weight=0.0)
 TINY = OrientationAblationConfig(
-    train_frames=8,
-    val_frames=2,
-    test_frames=6,
+    train_frames=140,
+    val_frames=30,
+    test_frames=30,
     bins=(4, 0),
     outputs=("softmax_centres", "softmax_interpolated", "biternion_cosine"),
     n_seeds=2,
@@ -40,8 +40,24 @@ def test_values_that_stand_twice_are_refused():
         replace(TINY, bins=(4, 4))
 
 
-def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatch):
+def test_the_corpus_is_the_one_that_was_asked_for(tmp_path, monkeypatch, toy_corpus):
+    asked = []
+
+    def generate(out, scene, n_frames, seed, workers):
+        asked.append(
+            (out, scene.splits.counts(n_frames), scene.scenes.unhidden, scene.scenes.table, seed, workers)
+        )
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ablation, "generate_corpus", generate)
+    with pytest.raises(KeyboardInterrupt):
+        run_orientation_ablation(replace(TINY, corpus_seed=7), tmp_path, 2)
+    assert asked == [(tmp_path / "corpus", (140, 30, 30), 1.0, 0.0, 7, 2)]
+
+
+def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatch, toy_corpus):
     pytest.importorskip("torch", reason="torch is not installed")
+    monkeypatch.setattr(ablation, "generate_corpus", lambda *arguments: toy_corpus)
     whole = run_orientation_ablation(TINY, tmp_path / "whole")
     do, n_done = ablation._do, 0
 

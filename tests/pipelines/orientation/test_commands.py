@@ -142,7 +142,7 @@ def test_a_forest_is_no_net(tmp_path, capsys):
 
     write_model(tmp_path / "m", "oarf", {}, {})
     assert main(["export-model", str(tmp_path / "m")]) == 1
-    assert "holds a model of kind 'oarf'; models that can be exported: orientation" in error_line(capsys)
+    assert "holds a model of kind 'oarf'; models that can be exported: orientation, heatmap" in error_line(capsys)
 
 
 def test_a_truncated_net_is_refused(trained, toy_corpus, tmp_path, capsys):
