@@ -24,6 +24,9 @@ TRUNK_HALF_M = 0.15
 HEAD_HALF_M = 0.12
 """The distance of a head is that of what lies so far from the middle of its box [m]."""
 
+ENOUGH_PIXELS = 1024
+"""A median of about so many pixels is good enough."""
+
 
 class Window(NamedTuple):
     """Where a patch is cut.
@@ -93,11 +96,13 @@ def _check(box: Box) -> None:
 
 
 def _median_in(depth: NDArray[np.uint16], box: Box, otherwise: float | None = None) -> float:
-    """Median depth of what lies in a box [m]."""
+    """Median depth of what lies in a box [m]; of large ones, of some rows and columns."""
     height, width = depth.shape
     left, top = max(0, math.ceil(box[0])), max(0, math.ceil(box[1]))
     right, bottom = min(width, math.ceil(box[2])), min(height, math.ceil(box[3]))
-    inside = depth[top : max(top, bottom), left : max(left, right)]
+    area = max(0, right - left) * max(0, bottom - top)
+    step = max(1, math.isqrt(area // ENOUGH_PIXELS))
+    inside = depth[top : max(top, bottom) : step, left : max(left, right) : step]
     inside = inside[inside > 0]
     if len(inside):
         return float(np.median(inside)) * 1e-3

@@ -6,6 +6,7 @@ DEPTH.npy holds (height, width) uint16 [mm], 0 = nothing. NET.onnx is a net for 
 """
 
 import json
+import math
 import sys
 
 import numpy as np
@@ -19,9 +20,10 @@ view, calibration, postures = (json.loads(told[name]) for name in ("view", "cali
 
 def median_in(left, top, right, bottom):
     """Of what lies in a box [m]."""
-    inside = depth[
-        max(0, int(np.ceil(top))) : int(np.ceil(bottom)), max(0, int(np.ceil(left))) : int(np.ceil(right))
-    ]
+    ends = zip((top, left), (bottom, right), depth.shape, strict=True)
+    rows, columns = (range(max(0, math.ceil(low)), max(0, min(n, math.ceil(high)))) for low, high, n in ends)
+    step = max(1, math.isqrt(len(rows) * len(columns) // 1024))
+    inside = depth[rows.start : rows.stop : step, columns.start : columns.stop : step]
     return np.median(inside[inside > 0]) / 1e3
 
 
@@ -36,7 +38,7 @@ rows, columns = (
 )
 is_inside = ((rows >= 0) & (rows < len(depth)))[:, None] & (columns >= 0) & (columns < depth.shape[1])
 patch = depth[rows.clip(0, len(depth) - 1)][:, columns.clip(0, depth.shape[1] - 1)] * is_inside
-value = ((patch - 1e3 * z) / 1e3 / view["reach_m"]).clip(-1, 1) * (patch > 0)
+value = ((patch.astype(float) - round(1e3 * z)) / 1e3 / view["reach_m"]).clip(-1, 1) * (patch > 0)
 images = np.stack([value, patch > 0])[None].astype(np.float32)
 angle, log_kappa, logits = net.run(["angle", "log_concentration", "auxiliary"], {"images": images})
 heading = np.degrees(np.arctan2(angle[0, 1], angle[0, 0]))

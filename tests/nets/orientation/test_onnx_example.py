@@ -34,6 +34,6 @@ def test_the_script_answers_what_the_program_does(tmp_path):
     done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     theirs = json.loads(done.stdout)
-    assert theirs["heading"] == pytest.approx(np.degrees(ours.angle), abs=0.05)
-    assert theirs["kappa"] == pytest.approx(ours.concentration, rel=1e-2)
+    assert theirs["heading"] == pytest.approx(np.degrees(ours.angle), abs=0.01)
+    assert theirs["kappa"] == pytest.approx(ours.concentration, rel=1e-3)
     assert theirs["posture"] == ours.posture
