@@ -25,16 +25,19 @@ def sheet_tile(picture: Picture, name: str) -> Picture:
     return tile
 
 
-def sheet(tiles: list[Picture]) -> Picture:
+def sheet(tiles: list[Picture], has_joints: bool = True) -> Picture:
     """Tiles in rows; below, what the marks of joints mean.
 
     Args:
         tiles: At least one, of `sheet_tile`.
+        has_joints: Whether joints are drawn in them.
     """
     n_across = min(N_ACROSS, len(tiles))
     framed = [bordered(tile, above=GAP, left=GAP) for tile in tiles]
     framed += [np.full_like(framed[0], palette.PAPER)] * (-len(tiles) % n_across)
     rows = [np.hstack(framed[i : i + n_across]) for i in range(0, len(framed), n_across)]
+    if not has_joints:
+        return np.vstack(rows)
     foot = np.full((CAPTION_HEIGHT + GAP, rows[0].shape[1], 3), palette.PAPER, np.uint8)
     caption = marks_caption()[: len(foot), : foot.shape[1]]
     foot[: len(caption), : caption.shape[1]] = caption

@@ -49,7 +49,7 @@ def train_into(
     def unpack(arrays: dict[str, np.ndarray]) -> Any:
         return tools.unpack_tree(arrays, frames.labels, config)
 
-    store: TreeFolder[Any] = TreeFolder(partial_folder(path), identity, tools.pack_tree, unpack)
+    store: TreeFolder[Any] = TreeFolder(partial_folder(path), identity, tools.pack_tree, unpack, f"{kind.piece}s")
     with open_trees(store, drops_others):
         if store.n_trees:
             on_resume(store.n_trees)

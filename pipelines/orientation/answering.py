@@ -38,6 +38,7 @@ class OrientationRun(ImageRun["OrientationEstimate"]):
         predictor: The net.
     """
 
+    has_joints = False
     lines_name = "orientations.jsonl"
     schema = ("undergrowth orientation", 1)
 

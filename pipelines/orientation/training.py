@@ -105,7 +105,7 @@ def train_into(
     from nets.orientation.storage import save_model
     from nets.orientation.train import train
 
-    store: TreeFolder[State] = TreeFolder(partial_folder(path), identity, dict, dict, "an epoch")
+    store: TreeFolder[State] = TreeFolder(partial_folder(path), identity, dict, dict, "epochs")
     with open_trees(store, drops_others):
         if (state := store.load(0)) is not None:
             on_resume(int(state["n_epochs"]))

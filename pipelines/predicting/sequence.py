@@ -80,8 +80,10 @@ class ImageRun(ABC, Generic[EstimateT]):
         out: The folder.
         lines_name: Of the file with all answers of a sequence.
         schema: Of an answer.
+        has_joints: Whether the pictures show joints.
     """
 
+    has_joints: ClassVar[bool] = True
     lines_name: ClassVar[str]
     schema: ClassVar[tuple[str, int]]
 
@@ -145,7 +147,7 @@ class ImageRun(ABC, Generic[EstimateT]):
                 self._tell(answer)
         write_atomically(self.out / self.lines_name, "".join(lines))
         if tiles:
-            write_picture(self.out / SHEET_NAME, sheet(tiles))
+            write_picture(self.out / SHEET_NAME, sheet(tiles, self.has_joints))
         return n_skipped
 
     def _answer(self, request: Request) -> Answer[EstimateT]:

@@ -68,9 +68,7 @@ def test_an_interrupted_training_goes_on_to_the_same_bytes(trained, toy_corpus, 
         assert train(toy_corpus, out) == 130
     assert "the last finished epoch is kept" in capsys.readouterr().out
     assert train(toy_corpus, out, "--kappa", "2") == 1
-    assert "holds an epoch trained with other settings: config.kappa is 1.0 there and 2.0 here" in error_line(
-        capsys
-    )
+    assert "holds epochs trained with other settings: config.kappa is 1.0 there and 2.0 here" in error_line(capsys)
     assert train(toy_corpus, out) == 0
     assert "continuing after 1 finished epochs" in capsys.readouterr().out
     assert out.read_bytes() == trained.read_bytes()

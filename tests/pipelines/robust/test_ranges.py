@@ -11,6 +11,8 @@ import pytest
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
+from nets.heatmap.config import HeatmapConfig
+from nets.orientation.config import OrientationConfig
 from pipelines.ablate.config import AblationConfig, CorpusConfig
 from pipelines.commands.ablate import AblateSettings
 from pipelines.commands.demo import DemoSettings
@@ -22,8 +24,10 @@ from pipelines.commands.import_mocap import MocapSettings
 from pipelines.commands.inspect import InspectSettings
 from pipelines.commands.predict import PredictSettings
 from pipelines.commands.train import settings_of
+from pipelines.commands.train_orientation import TrainOrientationSettings
 from pipelines.errors import UserError
 from pipelines.generation.libraries import LibraryUse, pose_mix
+from pipelines.orientation.ablation import OrientationAblationConfig
 from pipelines.settings import from_table
 from storage.ranges import check_fields, check_number, check_span
 from synth.bodies.poses.library import write_library
@@ -37,6 +41,8 @@ P = Path("x")
 SETTINGS = {
     GenerateSettings: {"out": P},
     settings_of("oarf"): {"corpora": (P,), "out": P},
+    settings_of("heatmap"): {"corpora": (P,), "out": P},
+    TrainOrientationSettings: {"corpora": (P,), "out": P},
     EvaluateSettings: {"model": P, "corpus": P},
     PredictSettings: {"model": P},
     DepthSettings: {"folder": P, "out": P},
@@ -47,6 +53,7 @@ SETTINGS = {
     DemoSettings: {"real": P, "camera": "kinect_v2"},
     GrowthConfig: {}, OARFConfig: {}, RWFConfig: {}, SceneConfig: {}, SceneWeights: {}, SplitShares: {},
     ComposeConfig: {}, ComposeWeights: {}, CorpusConfig: {}, AblationConfig: {},
+    HeatmapConfig: {}, OrientationConfig: {}, OrientationAblationConfig: {},
     Camera: {"width": 4, "height": 4, "fx": 1.0, "fy": 1.0, "cx": 1.0, "cy": 1.0},
 }  # fmt: skip
 ELSEWHERE = {"poses_share", "objects_share", "intrinsics", "distance"}
