@@ -98,7 +98,9 @@ def imported_by(node):
     return [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
 
 
-NETS_WITHOUT_TORCH = {f"nets.orientation.{name}" for name in ("angles", "config", "decode", "frames", "model")}
+NETS_WITHOUT_TORCH = {"nets.views"} | {
+    f"nets.orientation.{name}" for name in ("angles", "config", "decode", "frames", "model")
+}
 """What programs without torch may import when they start."""
 
 

@@ -15,11 +15,10 @@ from pipelines.drawing.files import write_picture
 from pipelines.errors import UserError
 from pipelines.orientation import ablation, table
 from pipelines.orientation.opening import check_torch
-from pipelines.settings import from_table, read_toml
 from pipelines.targets import check_folder
 from storage.ranges import MAX_THREADS, check_fields
 
-_COUNTS_NAME = "orientation.png"
+_COUNTS_NAME, _TURNING_NAME = "orientation.png", "turning.png"
 log = logging.getLogger(__name__)
 
 
@@ -76,11 +75,12 @@ class AblateSettings:
         if self.questions or self.poses or self.objects:
             raise UserError("--questions, --poses and --objects are for models that find joints")
         check_torch()
-        check_folder(self.out, [ablation.DOCUMENT_NAME, _COUNTS_NAME])
-        given = {} if self.config is None else read_toml(self.config)
-        config = from_table(ablation.OrientationAblationConfig, given, str(self.config))
+        check_folder(self.out, [ablation.DOCUMENT_NAME, _COUNTS_NAME, _TURNING_NAME])
+        config = ablation.ablation_config(self.config)
         document = ablation.run_orientation_ablation(config, self.out, self.threads)
         write_picture(self.out / _COUNTS_NAME, table.counts_picture(document))
+        n_bins = 8 if 8 in config.bins else max(config.bins)
+        write_picture(self.out / _TURNING_NAME, table.turning_picture(document, n_bins))
         if self.json:
             sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
             return 0

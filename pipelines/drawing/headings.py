@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from pipelines.drawing import palette
 from pipelines.drawing.palette import Picture
 
-LENGTH = 46
-"""Of an arrow [px]."""
+LENGTH = 0.14
+"""Of an arrow, as a share of the picture's height."""
 FORESHORTENING = 0.45
 """The ground is seen from aslant: arrows towards the camera and away from it are drawn shorter."""
 
@@ -24,10 +24,11 @@ def draw_heading(picture: Picture, place: NDArray[np.float64], angle: float, pro
         angle: 0 = towards the camera, pi / 2 = towards the image's right [rad].
         probability: That the angle is about right; arrows of less than a half are drawn thin.
     """
-    tip = place + LENGTH * np.array([math.sin(angle), FORESHORTENING * math.cos(angle)])
+    length = LENGTH * len(picture)
+    tip = place + length * np.array([math.sin(angle), FORESHORTENING * math.cos(angle)])
     begin, end = (tuple(round(float(value)) for value in point) for point in (place, tip))
     thick = 3 if probability >= 0.5 else 1
-    axes = (round(LENGTH * 0.6), round(LENGTH * 0.6 * FORESHORTENING))
+    axes = (round(length * 0.6), round(length * 0.6 * FORESHORTENING))
     for extra, colour in ((3, palette.OUTLINE), (0, palette.BLUISH_GREEN)):
         cv2.ellipse(picture, begin, axes, 0.0, 0.0, 360.0, colour, 1 + extra, cv2.LINE_AA)
         cv2.arrowedLine(picture, begin, end, colour, thick + extra, cv2.LINE_AA, tipLength=0.35)

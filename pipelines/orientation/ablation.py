@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.records import to_json
-from nets.orientation.angles import angular_error
+from nets.orientation.angles import angular_error, wrapped
 from nets.orientation.config import OUTPUTS, OrientationConfig, Output
 from nets.orientation.decode import decode_crops
 from nets.orientation.frames import Patches
@@ -21,7 +21,9 @@ from pipelines.corpus.folder import locked_folder
 from pipelines.generation.writing import generate_corpus
 from pipelines.metrics.arrayfile import read_arrays
 from pipelines.orientation.training import cut_patches, frames_of, identity_of, train_into
+from pipelines.orientation.turning import turning_patches
 from pipelines.progress import Progress
+from pipelines.settings import from_table, read_toml
 from storage.atomic import write_atomically
 from storage.ranges import MAX_FRAMES, MAX_SEED, check_fields
 from synth.scene import SceneConfig
@@ -33,6 +35,9 @@ if TYPE_CHECKING:
 SCHEMA = "undergrowth orientation ablation"
 SCHEMA_VERSION = 1
 DOCUMENT_NAME = "orientation.json"
+N_VIEWS = 72
+"""Views of the person who turns."""
+_TURNING_SEED = 7
 N_CELLS = 36
 """Cells of the counts of answers against the truth, along each side."""
 
@@ -102,6 +107,19 @@ class OrientationAblationConfig:
                 raise ValueError(f"{name}={list(given)} must hold at least one value, all different")
 
 
+def ablation_config(path: Path | None) -> OrientationAblationConfig:
+    """The settings, with those of a TOML file before the defaults; of the net it need not tell all.
+
+    Raises:
+        UserError: The file is missing, no TOML, or has unknown or wrong settings.
+    """
+    table: dict[str, Any] = {} if path is None else read_toml(path)
+    net = table.get("net", {})
+    if isinstance(net, dict):
+        table["net"] = to_json(_papers_net()) | net
+    return from_table(OrientationAblationConfig, table, str(path))
+
+
 class Training(NamedTuple):
     """One training.
 
@@ -164,12 +182,13 @@ def run_orientation_ablation(config: OrientationAblationConfig, out: Path, n_wor
             cut_patches(frames_of([corpus], split, config.net, config.sensor, 0), config.net)
             for split in ("train", "val", "test")
         )
+        turning = turning_patches(_TURNING_SEED, N_VIEWS, config.net.region, config.net.view, config.sensor)
         trainings = trainings_of(config)
         with Progress(len(trainings), "training", "ablate orientation") as bar:
             for training in trainings:
-                _do(training, out, corpus, config, (train, val, test))
+                _do(training, out, corpus, config, (train, val, test, turning))
                 bar.update()
-        document = _document(config, corpus, out, trainings, test)
+        document = _document(config, corpus, out, trainings, (test, turning))
         write_atomically(out / DOCUMENT_NAME, json.dumps(document, indent=1, allow_nan=False) + "\n")
     return document
 
@@ -194,7 +213,7 @@ def _do(
     out: Path,
     corpus: Corpus,
     config: OrientationAblationConfig,
-    patches: tuple[Patches, Patches, Patches],
+    patches: tuple[Patches, Patches, Patches, Patches],
 ) -> None:
     """Trains, asks about the test heads, keeps what the net puts out, and drops the net."""
     from nets.orientation.storage import load_model
@@ -203,15 +222,16 @@ def _do(
     rows = _rows_file(out, training, identity)
     if rows.exists():
         return
-    train, val, test = patches
+    train, val, test, turning = patches
     model = out / f"{training.name}.safetensors"
     if not model.exists():
         train_into(
             model, training.config, train, val, identity=identity, metadata=lambda _: identity, drops_others=True
         )
-    raw, told = _outputs(load_model(model), test.relative)
+    net = load_model(model)
+    raw, told = _outputs(net, test.relative)
     file = io.BytesIO()
-    np.savez(file, angle=raw, log_concentration=told)
+    np.savez(file, angle=raw, log_concentration=told, turning=_outputs(net, turning.relative)[0])
     write_atomically(rows, file.getvalue())
     model.unlink()
 
@@ -232,14 +252,20 @@ def _outputs(
 
 
 def _document(
-    config: OrientationAblationConfig, corpus: Corpus, out: Path, trainings: list[Training], test: Patches
+    config: OrientationAblationConfig,
+    corpus: Corpus,
+    out: Path,
+    trainings: list[Training],
+    patches: tuple[Patches, Patches],
 ) -> dict[str, Any]:
-    cells: dict[tuple[str, int], list[NDArray[np.float64]]] = {}
+    test, turning = patches
+    cells: dict[tuple[str, int], list[tuple[NDArray[np.float64], NDArray[np.float64]]]] = {}
     for training in trainings:
         identity = identity_of([corpus], training.config, config.sensor, 0, 1)
-        raw = read_arrays(_rows_file(out, training, identity), ["angle"])["angle"]
+        raw = read_arrays(_rows_file(out, training, identity), ["angle", "turning"])
         for output in training.outputs:
-            cells.setdefault((output, training.config.n_bins), []).append(decode_crops(raw, output))
+            answers = decode_crops(raw["angle"], output), decode_crops(raw["turning"], output)
+            cells.setdefault((output, training.config.n_bins), []).append(answers)
     return {
         "schema": SCHEMA,
         "schema_version": SCHEMA_VERSION,
@@ -248,8 +274,19 @@ def _document(
         "software": identity_of([corpus], config.net, config.sensor, 0, 1)["software"],
         "net": to_json(config.net),
         "n_test": len(test.angle),
-        "cells": [_cell(output, n_bins, answers, test) for (output, n_bins), answers in cells.items()],
+        "turning_rad": turning.angle.astype(float).tolist(),
+        "cells": [
+            _cell(output, n_bins, [answer for answer, _ in answers], test)
+            | {"turning_rad": answers[0][1].tolist(), "roughness_deg": _roughness(answers[0][1], turning)}
+            for (output, n_bins), answers in cells.items()
+        ],
     }
+
+
+def _roughness(answer: NDArray[np.float64], turning: Patches) -> float:
+    """Mean change of the error from one view to the next, of the person who turns [degrees]: 0 = as smooth as true."""
+    error = answer - turning.angle
+    return float(np.degrees(np.abs(wrapped(np.diff(error, append=error[:1])))).mean())
 
 
 def _cell(output: str, n_bins: int, answers: list[NDArray[np.float64]], test: Patches) -> dict[str, Any]:

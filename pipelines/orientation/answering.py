@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SIZE = (560, 560)
 """Of a picture at most [px]."""
-ARROW_FROM_BELOW = 40
+ARROW_FROM_BELOW = 45
 """An arrow of a body begins so far above the lower edge [px]."""
 
 

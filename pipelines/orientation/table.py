@@ -75,3 +75,44 @@ def _field(counts: np.ndarray, side: int) -> Picture:
     grey = np.rint(255.0 * share).astype(np.uint8)
     large = cv2.resize(grey, (side, side), interpolation=cv2.INTER_NEAREST)
     return np.asarray(cv2.applyColorMap(large, cv2.COLORMAP_VIRIDIS), np.uint8)
+
+
+_CURVE = (560, 250)
+_CURVE_OUTPUTS = {
+    "biternion_von_mises": palette.SKY_BLUE,
+    "biternion_cosine": palette.BLUISH_GREEN,
+    "softmax_interpolated": palette.ORANGE,
+    "regression": palette.REDDISH_PURPLE,
+}
+
+
+def turning_picture(document: Mapping[str, Any], n_bins: int) -> Picture:
+    """Sines of the answers about a person who turns, of nets that learned from so many sectors (the paper's figure 2).
+
+    The faint line is the truth, which rightwards makes a full turn.
+
+    Args:
+        document: Of an ablation.
+        n_bins: Sectors; 0 = true angles.
+    """
+    width, height = _CURVE
+    picture = np.full((height + 2 * _HEAD, width + 16, 3), palette.PAPER, np.uint8)
+    true = np.array(document["turning_rad"])
+    order = np.argsort(true, kind="stable")
+
+    def curve(angle: np.ndarray, colour: palette.Colour, thick: int) -> None:
+        x = np.linspace(8, 8 + width, len(order))
+        y = _HEAD + height * (0.5 - 0.45 * np.sin(angle[order]))
+        points = np.rint(np.stack([x, y], axis=1)).astype(np.int32)
+        cv2.polylines(picture, [points], False, colour, thick, cv2.LINE_AA)
+
+    curve(true, palette.FAINT, 5)
+    place = 8
+    for cell in document["cells"]:
+        colour = _CURVE_OUTPUTS.get(cell["output"])
+        if cell["n_bins"] == n_bins and colour is not None:
+            curve(np.array(cell["turning_rad"]), colour, 1)
+            cv2.line(picture, (place, height + _HEAD + 11), (place + 16, height + _HEAD + 11), colour, 3)
+            place = 20 + write_words(picture, TITLES[cell["output"]], (place + 22, height + _HEAD + 15))
+    write_words(picture, f"sine of the pan over a turn, learned from {n_bins or 'true angles'}", (8, 15))
+    return picture

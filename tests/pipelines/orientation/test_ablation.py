@@ -6,10 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nets.orientation.config import OrientationConfig
+from nets.orientation.angles import wrapped
+from nets.orientation.config import VIEWS, OrientationConfig
+from nets.patches import MISSING
+from pipelines.errors import UserError
 from pipelines.orientation import ablation
-from pipelines.orientation.ablation import OrientationAblationConfig, run_orientation_ablation, trainings_of
-from pipelines.orientation.table import counts_picture, table_lines
+from pipelines.orientation.ablation import (
+    OrientationAblationConfig,
+    ablation_config,
+    run_orientation_ablation,
+    trainings_of,
+)
+from pipelines.orientation.table import counts_picture, table_lines, turning_picture
+from pipelines.orientation.turning import turning_patches
 
 NET = OrientationConfig(n_epochs=1, batch_size=32, auxiliary_weight=0.0)
 TINY = OrientationAblationConfig(
@@ -35,6 +44,16 @@ def test_the_papers_table_is_planned_whole():
     assert trainings[34].config.seed == 1
 
 
+def test_a_file_changes_what_it_tells_alone(tmp_path):
+    (tmp_path / "a.toml").write_text("bins = [4]\n[net]\nn_epochs = 3\n")
+    config = ablation_config(tmp_path / "a.toml")
+    assert config == replace(OrientationAblationConfig(), bins=(4,), net=replace(config.net, n_epochs=3))
+    assert replace(config.net, n_epochs=20) == OrientationAblationConfig().net
+    (tmp_path / "b.toml").write_text("net = 3\n")
+    with pytest.raises(UserError, match="net=3 must be a table"):
+        ablation_config(tmp_path / "b.toml")
+
+
 def test_values_that_stand_twice_are_refused():
     with pytest.raises(ValueError, match="bins=\\[4, 4\\] must hold at least one value, all different"):
         replace(TINY, bins=(4, 4))
@@ -58,6 +77,8 @@ def test_the_corpus_is_the_one_that_was_asked_for(tmp_path, monkeypatch, toy_cor
 def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatch, toy_corpus):
     pytest.importorskip("torch", reason="torch is not installed")
     monkeypatch.setattr(ablation, "generate_corpus", lambda *arguments: toy_corpus)
+    few = ablation.cut_patches(ablation.frames_of([toy_corpus], "test", TINY.net, None, 5), TINY.net)
+    monkeypatch.setattr(ablation, "turning_patches", lambda *arguments: few)
     whole = run_orientation_ablation(TINY, tmp_path / "whole")
     do, n_done = ablation._do, 0
 
@@ -87,3 +108,17 @@ def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatc
     assert len(lines) == 4
     assert "±" in lines[2]
     assert counts_picture(whole).ndim == 3
+    drawn, other = turning_picture(whole, 4), turning_picture(whole, 0)
+    assert drawn.shape == other.shape
+    assert (drawn != other).any()
+
+
+@pytest.mark.slow
+def test_who_turns_is_seen_from_every_side():
+    patches = turning_patches(3, 12, "body", NET.view, None)
+    steps = wrapped(np.diff(patches.angle, append=patches.angle[:1]))
+    np.testing.assert_allclose(np.abs(steps), 2.0 * np.pi / 12, atol=1e-5)
+    assert len(np.unique(np.sign(steps))) == 1
+    assert (patches.relative != MISSING).any(axis=(1, 2)).all()
+    heads = turning_patches(3, 4, "head", VIEWS["head", "small"], None)
+    assert np.isfinite([heads.angle, heads.tilt, heads.roll]).all()
