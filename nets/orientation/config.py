@@ -71,7 +71,7 @@ class OrientationConfig:
     n_bins: int = 0
     kappa: float = 1.0
     n_epochs: int = 40
-    batch_size: int = 64
+    batch_size: int = 32
     optimizer: Optimizer = "adamw"
     learning_rate: float = 2e-3
     weight_decay: float = 0.01

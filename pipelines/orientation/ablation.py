@@ -53,7 +53,7 @@ def _papers_net() -> OrientationConfig:
         region="head",
         architecture="paper",
         n_epochs=20,
-        batch_size=100,
+        batch_size=32,
         cut_share=0.0,
         hole_share=0.0,
         depth_jitter_m=0.0,
@@ -71,7 +71,8 @@ class OrientationAblationConfig:
         val_frames: Number of frames on which concentrations are calibrated.
         test_frames: Number of frames for scoring, with other subjects and poses.
         corpus_seed: Seed of the corpus.
-        scene: How the scenes are drawn, apart from the splits; by default people whom nothing hides.
+        scene: How the scenes are drawn, apart from the splits; by default people whom nothing hides, seen
+            from all sides alike.
         sensor: Sensor model for the depth; None = clean.
         bins: Numbers of sectors; 0 = true angles, which classes cannot learn from.
         outputs: What nets put out and are trained with.
@@ -84,7 +85,7 @@ class OrientationAblationConfig:
     val_frames: int = 200
     test_frames: int = 1000
     corpus_seed: int = 2015
-    scene: SceneConfig = field(default_factory=lambda: SceneConfig(scenes=_NOTHING_HIDES))
+    scene: SceneConfig = field(default_factory=lambda: SceneConfig(scenes=_NOTHING_HIDES, frontal_share=0.0))
     sensor: str | None = "kinect_v2"
     bins: tuple[int, ...] = (3, 4, 6, 8, 10, 12, 0)
     outputs: tuple[Output, ...] = OUTPUTS

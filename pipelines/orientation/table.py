@@ -114,5 +114,6 @@ def turning_picture(document: Mapping[str, Any], n_bins: int) -> Picture:
             curve(np.array(cell["turning_rad"]), colour, 1)
             cv2.line(picture, (place, height + _HEAD + 11), (place + 16, height + _HEAD + 11), colour, 3)
             place = 20 + write_words(picture, TITLES[cell["output"]], (place + 22, height + _HEAD + 15))
-    write_words(picture, f"sine of the pan over a turn, learned from {n_bins or 'true angles'}", (8, 15))
+    learned = f"{n_bins} sectors" if n_bins else "true angles"
+    write_words(picture, f"sine of the pan over a turn, learned from {learned}", (8, 15))
     return picture

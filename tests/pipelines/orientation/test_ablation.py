@@ -20,7 +20,7 @@ from pipelines.orientation.ablation import (
 from pipelines.orientation.table import counts_picture, table_lines, turning_picture
 from pipelines.orientation.turning import turning_patches
 
-NET = OrientationConfig(n_epochs=1, batch_size=32, auxiliary_weight=0.0)
+NET = OrientationConfig(n_epochs=1, batch_size=10, auxiliary_weight=0.0)
 TINY = OrientationAblationConfig(
     train_frames=140,
     val_frames=30,
@@ -77,8 +77,10 @@ def test_the_corpus_is_the_one_that_was_asked_for(tmp_path, monkeypatch, toy_cor
 def test_an_interrupted_ablation_goes_on_to_the_same_scores(tmp_path, monkeypatch, toy_corpus):
     pytest.importorskip("torch", reason="torch is not installed")
     monkeypatch.setattr(ablation, "generate_corpus", lambda *arguments: toy_corpus)
-    few = ablation.cut_patches(ablation.frames_of([toy_corpus], "test", TINY.net, None, 5), TINY.net)
+    frames_of = ablation.frames_of
+    few = ablation.cut_patches(frames_of([toy_corpus], "test", TINY.net, None, 5), TINY.net)
     monkeypatch.setattr(ablation, "turning_patches", lambda *arguments: few)
+    monkeypatch.setattr(ablation, "frames_of", lambda *arguments: frames_of(*arguments[:-1], 20))
     whole = run_orientation_ablation(TINY, tmp_path / "whole")
     do, n_done = ablation._do, 0
 
