@@ -1,4 +1,4 @@
-"""Speed of orientation nets: patches cut, images learned from, and persons asked about, a second on one core.
+"""Speed of nets: patches cut, images learned from, and persons asked about, a second on one core.
 
 Usage: python benchmarks/bench_nets.py
 
@@ -13,6 +13,11 @@ import onnxruntime
 import torch
 
 from forests.frames import Intrinsics
+from nets.heatmap.config import HeatmapConfig
+from nets.heatmap.export import to_onnx as heatmap_to_onnx
+from nets.heatmap.model import N_TERMS, OUTCOMES, HeatmapModel
+from nets.heatmap.network import HeatmapNet
+from nets.heatmap.predict import ask_net
 from nets.inputs import crop_inputs, draw, training_inputs
 from nets.modules import to_arrays
 from nets.orientation.config import VIEWS, OrientationConfig
@@ -55,11 +60,37 @@ def on_gpu(config: OrientationConfig, images: torch.Tensor) -> float:
     return 20 * len(images) / (time.perf_counter() - begun)
 
 
-def main() -> None:
-    torch.set_num_threads(1)
+def session_of(graph: bytes) -> onnxruntime.InferenceSession:
+    """A graph, ready to be run in one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
+    return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+
+
+def heat_maps(rng: np.random.Generator) -> None:
+    """Prints the figures of the heat map net of default size."""
+    config = HeatmapConfig()
+    net, n_joints = HeatmapNet(config, 15), 15
+    images = torch.randn((16, 2, config.view.height, config.view.width))
+    net.train()
+    learned = per_second(lambda: sum(value.sum() for value in net(images)).backward(), len(images))  # type: ignore[union-attr]
+    names = tuple(map(str, range(n_joints)))
+    model = HeatmapModel(config, names, to_arrays(net), np.zeros((len(OUTCOMES), n_joints, N_TERMS), np.float32))
+    net.eval()
+    relative = rng.integers(-300, 300, config.view.patch).astype(np.int16)
+    asked = per_second(lambda: ask_net(net, model, relative), 1)
+    session, batch = session_of(heatmap_to_onnx(model)), images[:1].numpy()
+    run = per_second(lambda: session.run(None, {"images": batch}), 1)
+    n_weights = sum(value.numel() for value in net.parameters())
+    print(
+        f"heat maps, {n_weights} weights: {learned:.0f} learned/s, {asked:.0f} persons/s by torch, {run:.0f} by ONNX"
+    )
+
+
+def main() -> None:
+    torch.set_num_threads(1)
     rng = np.random.default_rng(0)
+    heat_maps(rng)
     depth = rng.integers(2000, 2300, (424, 512)).astype(np.uint16)
     camera, box = Intrinsics(365.0, 365.0, 255.5, 211.5), (200.0, 60.0, 320.0, 400.0)
     print(
@@ -84,7 +115,7 @@ def main() -> None:
         with torch.inference_mode():
             asked = per_second(lambda n=net, i=images: n(i), N) / n_crops  # type: ignore[misc]
         graph = to_onnx(OrientationModel(config, to_arrays(net)))
-        session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+        session = session_of(graph)
         batch = images.numpy()
         many = per_second(lambda s=session, b=batch: s.run(None, {"images": b}), N) / n_crops  # type: ignore[misc]
         one = per_second(lambda s=session, b=batch[:1]: s.run(None, {"images": b}), 1) / n_crops  # type: ignore[misc]
