@@ -130,9 +130,9 @@ def test_exports_of_many_frames_and_of_any_camera_are_read_back(folder):
     """Attributes beyond 64 KiB, and a size and a camera that are not ITOP's."""
     import h5py
 
-    from pipelines.export.itop import _LIBVER
+    from pipelines.export.itop import LIBVER
 
-    with h5py.File(folder / "a.h5", "w", libver=_LIBVER) as file:
+    with h5py.File(folder / "a.h5", "w", libver=LIBVER) as file:
         file.attrs["intrinsics"] = np.zeros((5000, 4))
     corpus, itop = exported(folder)
     layout = DepthSettings(itop, folder.parent / "x").order()[1].config["import"]["layout"]

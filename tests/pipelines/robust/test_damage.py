@@ -126,7 +126,7 @@ def test_a_chunk_that_promises_too_much_is_refused(toy_corpus):
     from pipelines.corpus import shards
 
     item = toy_corpus.header.fields["depth"]
-    chunk = bytearray(shards.encode_map(item, toy_corpus[1].depth)[:-4])
+    chunk = bytearray(shards.encode_maps(item, toy_corpus[1].depth)[0][:-4])
     chunk[4:8] = (2**31 - 1).to_bytes(4, "little")
     with pytest.raises(CorpusError, match="another number of pixels"):
         shards._decode_map(shards._with_crc(bytes(chunk)), item, "depth")
