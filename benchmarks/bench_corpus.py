@@ -19,7 +19,7 @@ sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / 
 
 from pipelines.corpus import Corpus, Order, write_corpus  # noqa: E402
 from pipelines.corpus.fields import stored_values  # noqa: E402
-from pipelines.corpus.shards import encode_map  # noqa: E402
+from pipelines.corpus.shards import encode_maps  # noqa: E402
 
 
 class Replay:
@@ -102,7 +102,7 @@ def main():
         corpus = Corpus.open(root / "ours")
         items = [header.fields[name] for name in ("depth", "part", "occluder", "instance")]
         timed("  of which encode composite", n, lambda: [
-            [encode_map(item, getattr(frame, item.name)) for item in items] for frame in frames
+            [encode_maps(item, getattr(frame, item.name)) for item in items] for frame in frames
         ])  # fmt: skip
         _, theirs = timed("write, zarr's pipeline", n, lambda: write_with_zarr(corpus, root / "zarr", frames))
         print(f"ratio {theirs / ours:.1f}")
