@@ -24,7 +24,8 @@ model: $(VENV)/.installed
 			--seed $$seed --workers $(CPUS) || exit 1; seed=$$((seed + 1)); \
 	done
 	[ -e $(MODEL)/forest.safetensors ] || $(BIN)/undergrowth train oarf $(MODEL)/kinect_v2 $(MODEL)/kinect_v1_qvga \
-		$(MODEL)/realsense_d435 --threads $(CPUS) --out $(MODEL)/forest.safetensors
+		$(MODEL)/realsense_d435 --max-samples 12000000 --n-occluder-pixels 500 --n-voting-pixels 1500 \
+		--growth.max-depth 25 --growth.min-samples-leaf 40 --threads $(CPUS) --out $(MODEL)/forest.safetensors
 	$(BIN)/undergrowth card $(MODEL)/forest.safetensors $(MODEL)/kinect_v2 $(MODEL)/kinect_v1_qvga \
 		$(MODEL)/realsense_d435 $(RECORDED) --threads $(CPUS)
 
