@@ -1,0 +1,1 @@
+"""Finds people and the floor in the depth image of a whole scene."""
