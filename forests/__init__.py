@@ -9,6 +9,8 @@ from storage.lazy import exports
 
 if TYPE_CHECKING:
     from forests.estimate import JointEstimate, JointPredictor, PixelLabeller
+    from forests.finder.find import Found, FoundPerson, PeopleFinder
+    from forests.finder.floor import Floor, FloorPrior, NoFloorError, find_floor
     from forests.frames import FrameBatch, Intrinsics, LabelTable
     from forests.growing import GrowthConfig
     from forests.kinds import load_model
@@ -18,17 +20,24 @@ if TYPE_CHECKING:
     from forests.rwf.forest import RandomWalkForest
 
 __all__ = [
+    "Floor",
+    "FloorPrior",
+    "Found",
+    "FoundPerson",
     "FrameBatch",
     "GrowthConfig",
     "Intrinsics",
     "JointEstimate",
     "JointPredictor",
     "LabelTable",
+    "NoFloorError",
     "OARFConfig",
     "OcclusionAwareForest",
+    "PeopleFinder",
     "PixelLabeller",
     "RWFConfig",
     "RandomWalkForest",
+    "find_floor",
     "load_model",
 ]
 
@@ -36,6 +45,8 @@ __getattr__, __dir__ = exports(
     __name__,
     {
         "forests.estimate": ("JointEstimate", "JointPredictor", "PixelLabeller"),
+        "forests.finder.find": ("Found", "FoundPerson", "PeopleFinder"),
+        "forests.finder.floor": ("Floor", "FloorPrior", "NoFloorError", "find_floor"),
         "forests.frames": ("FrameBatch", "Intrinsics", "LabelTable"),
         "forests.growing": ("GrowthConfig",),
         "forests.kinds": ("load_model",),
