@@ -1,8 +1,8 @@
 """People found on held-out rooms: recall at one false box in ten frames, with 95 % intervals, and frames a second.
 
-    undergrowth generate out/other --config examples/rooms.toml --seed 5005 --frames 256
-    python benchmarks/bench_finder.py out/other [--sensor kinect_v2 kinect_v1] [--pictures FOLDER]
-    python benchmarks/bench_finder.py --image depth.png --camera 525 525 319.5 239.5 --pictures FOLDER
+undergrowth generate out/other --config examples/rooms.toml --seed 5005 --frames 256
+python benchmarks/bench_finder.py out/other [--sensor kinect_v2 kinect_v1] [--pictures FOLDER]
+python benchmarks/bench_finder.py --image depth.png --camera 525 525 319.5 239.5 --pictures FOLDER
 """
 
 import argparse
@@ -44,11 +44,13 @@ class Run:
         self.name, self.verdicts, self.scores, self.rooms = name, [], [], []
 
     def add(self, frame, truths, people):
+        """Counts a frame."""
         self.verdicts.append(judge_axes(truths, [one.axis for one in people], frame.T_world_camera))
         self.scores.append(np.array([one.score for one in people]))
         self.rooms.append(frame.info.room_id)
 
     def summary(self, bound):
+        """Prints recall with its interval; rooms are drawn anew, since frames share them."""
         recall, _ = recall_at(self.verdicts, self.scores, FALSE_PER_FRAME)
         rooms = sorted(set(self.rooms))
         of_room = [[i for i, room in enumerate(self.rooms) if room == name] for name in rooms]
@@ -59,8 +61,12 @@ class Run:
             picked = [self.verdicts[i] for i in chosen], [self.scores[i] for i in chosen]
             recalls.append(recall_at(*picked, FALSE_PER_FRAME)[0])
         low, high = np.percentile(recalls, [2.5, 97.5])
-        n_false = sum(int((v.is_false & (s >= bound)).sum()) for v, s in zip(self.verdicts, self.scores, strict=True))
-        n_true = sum(int((v.is_true & (s >= bound)).sum()) for v, s in zip(self.verdicts, self.scores, strict=True))
+        n_false = sum(
+            int((v.is_false & (s >= bound)).sum()) for v, s in zip(self.verdicts, self.scores, strict=True)
+        )
+        n_true = sum(
+            int((v.is_true & (s >= bound)).sum()) for v, s in zip(self.verdicts, self.scores, strict=True)
+        )
         n_wanted = sum(v.n_wanted for v in self.verdicts)
         print(
             f"{self.name:44} recall {recall:.3f} [{low:.3f}, {high:.3f}] at {FALSE_PER_FRAME} false a frame; at the "
@@ -131,7 +137,9 @@ def of_corpus(options):
         print(f"{len(indices)} frames, {n_wanted} people to be found; a floor is found in {n_floors}")
         for run in runs.values():
             run.summary(model.score)
-        print(f"person box against seen pixels: overlap {np.median(ious):.2f} in the median; missed: {dict(missed)}")
+        print(
+            f"person box against seen pixels: overlap {np.median(ious):.2f} in the median; missed: {dict(missed)}"
+        )
         for name, values in times.items():
             print(f"{name}: {1000 / np.mean(values):.0f} frames/s on one core ({np.mean(values):.2f} ms)")
 

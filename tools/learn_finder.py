@@ -2,8 +2,8 @@
 
 Needs scikit-learn. Trees are grown twice: the second time the negatives are those that the first trees take for people.
 
-    undergrowth generate out/rooms --config examples/rooms.toml
-    python tools/learn_finder.py out/rooms [--frames 800] [--trees 200] [--out forests/finder/people.safetensors]
+    undergrowth generate out/rooms --config examples/rooms.toml --seed 77 --frames 2000
+    python tools/learn_finder.py out/rooms [--frames 900] [--trees 200] [--out forests/finder/people.safetensors]
 """
 
 import argparse
@@ -14,10 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
 
-from forests.finder.floor import Floor
 from forests.finder.find import INSIDE_M, PeopleFinder
-from forests.finder.model import DEPTH, N_ANSWERS, N_QUESTIONS, FinderModel, Trees, template_scores, tree_scores, write_finder
-from forests.finder.probes import FINE, N_FEATURES, View, contour, features_at, view_of
+from forests.finder.floor import Floor
+from forests.finder.model import (
+    DEPTH,
+    N_ANSWERS,
+    N_QUESTIONS,
+    FinderModel,
+    Trees,
+    template_scores,
+    tree_scores,
+    write_finder,
+)
+from forests.finder.probes import FINE, contour, features_at, view_of
 from pipelines.corpus import Corpus
 from pipelines.metrics.finding import judge_axes, level_distances, recall_at, truths_of
 from synth.frame import RoomFrame
@@ -29,6 +38,8 @@ PER_FRAME = 60
 WITHOUT_FLOOR = 5
 """Every so many frames are shown without a floor."""
 FALSE_PER_FRAME = 0.1
+LOWEST = -4.0
+"""Of scores that are looked at when the bound is set."""
 
 
 def true_floor(frame: RoomFrame) -> Floor:
@@ -41,7 +52,9 @@ def labels_of(frame: RoomFrame, tops: NDArray[np.int32]) -> tuple[NDArray[np.int
     """(n,) 1 = top of a person, 0 = not, -1 = neither, and whose it is, of places in a frame."""
     camera, T, truths = frame.camera, frame.T_world_camera, truths_of(frame)
     z = tops[:, 2] * 1e-3
-    points = np.stack([(tops[:, 0] - camera.cx) / camera.fx * z, (tops[:, 1] - camera.cy) / camera.fy * z, z], axis=1)
+    points = np.stack(
+        [(tops[:, 0] - camera.cx) / camera.fx * z, (tops[:, 1] - camera.cy) / camera.fy * z, z], axis=1
+    )
     world = points @ T[:3, :3].T + T[:3, 3]
     ahead = world[:, :2] - T[:2, 3]
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
@@ -154,11 +167,10 @@ def scored(shown: Shown, model: FinderModel, by_template: bool) -> tuple[float, 
     finder = PeopleFinder(model)
     verdicts, scores = [], []
     for truths, T, view, tops in zip(shown.truths, shown.poses, shown.views, shown.tops, strict=True):
-        if by_template:
-            values = template_scores(view, tops, model.template)
-        else:
-            values = tree_scores(view, tops, model.trees)
-        people = finder.best(view, tops, values, None, -3.0)
+        score = (
+            template_scores(view, tops, model.template) if by_template else tree_scores(view, tops, model.trees)
+        )
+        people = finder.best(view, tops, score, None, LOWEST)
         verdicts.append(judge_axes(truths, [one.axis for one in people], T))
         scores.append(np.array([one.score for one in people]))
     return recall_at(verdicts, scores, FALSE_PER_FRAME)
@@ -189,21 +201,23 @@ def learn(options: argparse.Namespace) -> None:
     assert trees is not None
     trees = with_early_ends(trees, x, y, 0.02)
     template = np.minimum(x[y == 1, : FINE * FINE], 1.0).mean(axis=0).reshape(FINE, FINE)
-    model = FinderModel(trees, template.astype(np.float32), 0.0, {"frames": len(shown.views), "seed": corpus.header.seed})
+    facts = {"seed": corpus.header.seed, "frames": len(shown.views), "checked": len(checked.views)}
+    model = FinderModel(trees, template.astype(np.float32), 0.0, {**facts, "false_per_frame": FALSE_PER_FRAME})
     by_template, _ = scored(checked, model, True)
     by_trees, bound = scored(checked, model, False)
     print(f"{len(checked.views)} other frames, recall at {FALSE_PER_FRAME} false places a frame: ", end="")
     print(f"template {by_template:.3f}, trees {by_trees:.3f} from score {bound:.2f}")
-    write_finder(options.out, replace(model, score=float(bound)))
+    facts = {**model.facts, "recall": round(by_trees, 4)}
+    write_finder(options.out, replace(model, score=float(bound), facts=facts))
 
 
 def main() -> None:
     """Learns and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("corpus", type=Path)
-    parser.add_argument("--frames", type=int, default=800)
+    parser.add_argument("--frames", type=int, default=900)
     parser.add_argument("--trees", type=int, default=200)
-    parser.add_argument("--check", type=int, default=200)
+    parser.add_argument("--check", type=int, default=180)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("forests/finder/people.safetensors"))

@@ -1,5 +1,6 @@
 """People in the depth image of a whole scene: candidates on upper edges, scored, the best of each place kept."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,14 +16,21 @@ from forests.frames import Pinhole, check_depth
 
 APART_M = 0.35
 """Two people are at least this far apart, seen from above [m]."""
+NEAR_M, BETTER = 0.2, 2.0
+"""Candidates this near the best one tell where the axis is [m]; the highest of those whose score is at most BETTER
+lower is the top."""
 INSIDE_M = 0.1
 """The axis of a person lies this far behind the front of the head [m]."""
 BODY_RADIUS_M = 0.45
 """A person's pixels lie within this of the axis [m]."""
 FEET_M, CROWN_M = 0.06, 0.08
 """A person's box is that of what is more than FEET_M above the floor, and less than CROWN_M above the top [m]."""
+FAR_OFF_M = 1.5
+"""Pixels whose depth differs more from the axis' are not looked at; a camera that looks down steeply needs it [m]."""
 UPPER_HALF_M, UPPER_ABOVE_M, UPPER_BELOW_M = 0.3, 0.05, 0.6
 """The upper-body box around a top: to each side, above and below [m]."""
+STEP_M = 0.015
+"""Grid of the pixels that are asked whether they are a person's, at their distance [m]."""
 FULL_M = 2.0
 """Where no floor is known, a person's box reaches this far below the top [m]."""
 
@@ -121,10 +129,12 @@ class PeopleFinder:
         tops, scores = np.ascontiguousarray(tops[order]), scores[order]
         axes = _axes(view, tops)
         kept = np.flatnonzero(_keep_of(view, axes, APART_M))
-        boxes = _boxes(view, tops[kept], axes[kept], len(kept))
+        middle, highest = _gathered(view, axes, scores, kept)
+        tops = tops[highest]
+        boxes = _boxes(view, tops, middle)
         frame = (floor or _LEVEL).T_floor_camera
         return tuple(
-            _person(view, tops[i], float(scores[i]), axes[i], boxes[k], frame, floor) for k, i in enumerate(kept)
+            _person(view, tops[k], float(scores[i]), middle[k], boxes[k], frame, floor) for k, i in enumerate(kept)
         )
 
 
@@ -141,7 +151,13 @@ def _floor_or_none(image: NDArray[np.uint16], camera: Pinhole, prior: FloorPrior
 
 
 def _person(
-    view: View, top: NDArray[np.int32], score: float, axis: NDArray, box: NDArray, frame: NDArray, floor: Floor | None
+    view: View,
+    top: NDArray[np.int32],
+    score: float,
+    axis: NDArray,
+    box: NDArray,
+    frame: NDArray,
+    floor: Floor | None,
 ) -> FoundPerson:
     at = top_at(view, int(top[0]), int(top[1]), int(top[2]))
     place = frame[:3, :3] @ axis + frame[:3, 3]
@@ -209,41 +225,71 @@ def _keep_of(view, axes, apart):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _boxes(view, tops, axes, n):  # type: ignore[no-untyped-def]
+def _gathered(view, axes, scores, kept):  # type: ignore[no-untyped-def]
+    """Axes out of all good candidates near each best one, weighted by their odds, and the highest of the better ones.
+
+    Returns:
+        (n, 3) float64 points at the height of the highest, camera frame [m]; (n,) int64 numbers of the highest.
+    """
+    middle, highest = np.zeros((len(kept), 3)), kept.copy()
+    for k in range(len(kept)):
+        best = kept[k]
+        total, top = 0.0, 0.0
+        for i in range(len(axes)):
+            d = axes[i] - axes[best]
+            square, rise = _level(view, d[0], d[1], d[2])
+            if square > NEAR_M * NEAR_M or abs(rise) > NEAR_M:
+                continue
+            weight = math.exp(scores[i] - scores[best])
+            total += weight
+            for c in range(3):
+                middle[k, c] += weight * (d[c] - rise * view.up[c])
+            if rise > top and scores[i] > scores[best] - BETTER:
+                top = rise
+                highest[k] = i
+        for c in range(3):
+            middle[k, c] = axes[best, c] + middle[k, c] / total + top * view.up[c]
+    return middle, highest
+
+
+@njit(cache=True, nogil=True)
+def _boxes(view, tops, axes):  # type: ignore[no-untyped-def]
     """(n, 4) int64 boxes (left, top, right, bottom) of what lies around each axis and nearer to no other."""
-    rows, columns = view.depth.shape
-    out = np.empty((n, 4), np.int64)
-    for i in range(n):
-        u, v, z = tops[i, 0], tops[i, 1], max(0.2, tops[i, 2] * 1e-3)
-        reach = int(view.fx * 1.6 * BODY_RADIUS_M / z)
-        first, last = max(0, u - reach), min(columns, u + reach + 1)
-        top, bottom = max(0, v - int(view.fy * 0.3 / z)), min(rows, v + int(view.fy * 1.6 * FULL_M / z))
+    depth, fx, fy, cx, cy, ground = view.depth, view.fx, view.fy, view.cx, view.cy, view.height
+    ux, uy, uz = view.up[0], view.up[1], view.up[2]
+    rows, columns = depth.shape
+    out = np.empty((len(axes), 4), np.int64)
+    for i in range(len(axes)):
+        ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
+        u, v, at = tops[i, 0], tops[i, 1], max(0.2, tops[i, 2] * 1e-3)
+        reach, step = int(1.6 * fx * BODY_RADIUS_M / at), max(1, int(fx * STEP_M / at))
         left, up, right, down = u, v, u + 1, v + 1
-        for row in range(top, bottom, 2):
-            for column in range(first, last, 2):
-                if not _is_of(view, column, row, axes, i):
+        for row in range(max(0, v - int(0.3 * fy / at)), min(rows, v + int(1.6 * fy * FULL_M / at)), step):
+            for column in range(max(0, u - reach), min(columns, u + reach + 1), step):
+                z = depth[row, column] * 1e-3
+                if z == 0.0 or abs(z - az) > FAR_OFF_M:
                     continue
-                left, right = min(left, column), max(right, column + 1)
-                up, down = min(up, row), max(down, row + 1)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = left, up, right, down
+                x, y = (column - cx) / fx * z, (row - cy) / fy * z
+                rise = (x - ax) * ux + (y - ay) * uy + (z - az) * uz
+                square = (x - ax) ** 2 + (y - ay) ** 2 + (z - az) ** 2 - rise * rise
+                # Without a floor the height is NaN, and the last comparison false.
+                if square > BODY_RADIUS_M**2 or rise > CROWN_M or rise < -FULL_M:
+                    continue
+                if x * ux + y * uy + z * uz + ground < FEET_M or _is_nearer(axes, i, x, y, z, ux, uy, uz, square):
+                    continue
+                left, right = min(left, column), max(right, column + step)
+                up, down = min(up, row), max(down, row + step)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = left, up, min(right, columns), min(down, rows)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _is_of(view, column, row, axes, i):  # type: ignore[no-untyped-def]
-    """Whether a pixel lies around axis i, between the floor and the top, and nearer to no other axis."""
-    z = view.depth[row, column] * 1e-3
-    if z <= 0 or abs(z - axes[i, 2]) > 1.5:
-        return False
-    x, y = (column - view.cx) / view.fx * z, (row - view.cy) / view.fy * z
-    square, rise = _level(view, x - axes[i, 0], y - axes[i, 1], z - axes[i, 2])
-    height = x * view.up[0] + y * view.up[1] + z * view.up[2] + view.height
-    # Without a floor the height is NaN, and the comparison false.
-    if square > BODY_RADIUS_M**2 or rise > CROWN_M or rise < -FULL_M or height < FEET_M:
-        return False
+def _is_nearer(axes, i, x, y, z, ux, uy, uz, square):  # type: ignore[no-untyped-def]
+    """Whether a point is nearer to another axis than to axis i, whose squared level distance is given."""
     for j in range(len(axes)):
         if j != i:
-            other, _ = _level(view, x - axes[j, 0], y - axes[j, 1], z - axes[j, 2])
-            if other < square:
-                return False
-    return True
+            dx, dy, dz = x - axes[j, 0], y - axes[j, 1], z - axes[j, 2]
+            rise = dx * ux + dy * uy + dz * uz
+            if dx * dx + dy * dy + dz * dz - rise * rise < square:
+                return True
+    return False

@@ -97,7 +97,7 @@ class Floor:
         return math.asin(-float(self.normal[2]))
 
     @property
-    def T_floor_camera(self) -> NDArray[np.float64]:
+    def T_floor_camera(self) -> NDArray[np.float64]:  # noqa: N802
         """(4, 4) float64; the floor frame lies under the camera: x where it looks, y to the left, z up [m]."""
         ahead = np.array([0.0, 0.0, 1.0]) - self.normal[2] * self.normal
         ahead /= np.linalg.norm(ahead)
@@ -218,7 +218,11 @@ def _level_points(points, limits):  # type: ignore[no-untyped-def]
     """(n, 3) the grid's points whose neighbours two steps away span a plane that may be level, 20 degrees off."""
     rows, columns = points.shape[:2]
     wide = _Limits(
-        limits.low_pitch - 0.35, limits.high_pitch + 0.35, limits.roll + 0.35, limits.low_height, limits.high_height
+        limits.low_pitch - 0.35,
+        limits.high_pitch + 0.35,
+        limits.roll + 0.35,
+        limits.low_height,
+        limits.high_height,
     )
     out = np.empty((rows * columns, 3))
     n = 0
@@ -246,7 +250,11 @@ def _best_plane(level, points, draws, limits):  # type: ignore[no-untyped-def]
     """(4,) plane (normal, height) with the most points of `level` on it, and how many of `points` those are."""
     best, plane = 0, np.zeros(4)
     for k in range(len(draws)):
-        p, a, b = level[draws[k, 0]], level[draws[k, 1]] - level[draws[k, 0]], level[draws[k, 2]] - level[draws[k, 0]]
+        p, a, b = (
+            level[draws[k, 0]],
+            level[draws[k, 1]] - level[draws[k, 0]],
+            level[draws[k, 2]] - level[draws[k, 0]],
+        )
         x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
         length = math.sqrt(x * x + y * y + z * z)
         if length <= 1e-6:

@@ -8,7 +8,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from forests.finder.probes import FINE, N_FEATURES, PROBES, View, feature, top_at
+from forests.finder.probes import (
+    FAR_M,
+    FINE,
+    N_FEATURES,
+    PROBES,
+    View,
+    across,
+    features_at,
+    height_of,
+    probe,
+    top_at,
+)  # fmt: skip
 from forests.modelfile import naming_file, read_model, take_array, write_model
 
 KIND = "people-finder"
@@ -109,22 +120,33 @@ def template_scores(view: View, tops: NDArray[np.int32], template: NDArray[np.fl
     Returns:
         (n,) float32 [m].
     """
-    return np.asarray(_template_scores(view, np.ascontiguousarray(tops), template.reshape(-1), PROBES))
+    return np.asarray(_template_scores(features_at(view, tops), template.reshape(-1)))
 
 
 @njit(cache=True, nogil=True)
 def _tree_scores(view, tops, trees, probes):  # type: ignore[no-untyped-def]
     out = np.empty(len(tops), np.float32)
+    depth, fx, fy, cx, cy = view.depth, view.fx, view.fy, view.cx, view.cy
+    feature, threshold, answer, least = trees.feature, trees.threshold, trees.answer, trees.floor_of
+    n_probes, (ux, uy, uz) = len(probes), (view.up[0], view.up[1], view.up[2])
     for i in range(len(tops)):
         top = top_at(view, tops[i, 0], tops[i, 1], tops[i, 2])
+        (rx, ry, rz), height = across(view, top), height_of(view, top)
+        px, py, pz, distance = top.x, top.y, top.z, top.distance
         total = np.float32(0.0)
-        for t in range(len(trees.feature)):
+        for t in range(len(feature)):
             node = 0
             while node < N_QUESTIONS:
-                value = np.float32(feature(view, top, trees.feature[t, node], probes))
-                node = 2 * node + (1 if value <= trees.threshold[t, node] else 2)
-            total += trees.answer[t, node - N_QUESTIONS]
-            if total < trees.floor_of[t]:
+                k = feature[t, node]
+                if k < n_probes:
+                    a, b = probes[k, 0], probes[k, 1]
+                    x, y, z = px + a * rx + b * ux, py + a * ry + b * uy, pz + a * rz + b * uz
+                    value = np.float32(probe(depth, fx, fy, cx, cy, x, y, z, distance))
+                else:
+                    value = np.float32(height if k == n_probes else distance)
+                node = 2 * node + (1 if value <= threshold[t, node] else 2)
+            total += answer[t, node - N_QUESTIONS]
+            if total < least[t]:
                 total = np.float32(-np.inf)
                 break
         out[i] = total
@@ -132,13 +154,12 @@ def _tree_scores(view, tops, trees, probes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _template_scores(view, tops, template, probes):  # type: ignore[no-untyped-def]
-    out = np.empty(len(tops), np.float32)
-    for i in range(len(tops)):
-        top = top_at(view, tops[i, 0], tops[i, 1], tops[i, 2])
+def _template_scores(features, template):  # type: ignore[no-untyped-def]
+    out = np.empty(len(features), np.float32)
+    for i in range(len(features)):
         total = 0.0
         for k in range(len(template)):
-            off = min(1.0, feature(view, top, k, probes)) - template[k]
+            off = min(FAR_M, features[i, k]) - template[k]
             total += off * off
         out[i] = -np.sqrt(total / len(template))
     return out

@@ -43,7 +43,7 @@ def _probe_table() -> NDArray[np.float32]:
 
 
 PROBES = _probe_table()
-"""(n_probes, 2) float32: (to the right, upwards) from the top [m]; the first FINE * FINE are the template, row-major."""
+"""(n_probes, 2) float32: (to the right, upwards) from the top [m]; the first FINE * FINE are the template."""
 N_FEATURES = len(PROBES) + 2
 """The probes, then height above the floor and horizontal distance [m]."""
 
@@ -132,12 +132,13 @@ def _contour(view, stride):  # type: ignore[no-untyped-def]
     rows, columns = depth.shape
     out = np.empty((rows * ((columns + stride - 1) // stride), 3), np.int32)
     n = 0
-    for u in range(stride // 2, columns, stride):
-        above = 0
-        for v in range(rows):
+    for v in range(rows):
+        for u in range(stride // 2, columns, stride):
             d = np.int64(depth[v, u])
-            is_edge = d > 0 and (above == 0 or above > d + 1000 * GAP_M)
-            above = d
+            if d == 0:
+                continue
+            above = np.int64(depth[v - 1, u]) if v > 0 else np.int64(0)
+            is_edge = above == 0 or above > d + 1000 * GAP_M
             if not is_edge or d < 1000 * RANGE[0] or d > 1000 * RANGE[1]:
                 continue
             inner = _depth_below(depth, u, v, d, view.fy)
@@ -160,7 +161,7 @@ def _depth_below(depth, u, v, d, fy):  # type: ignore[no-untyped-def]
         if depth[row, u] > 0 and abs(np.int64(depth[row, u]) - d) < 300:
             inner = np.int64(depth[row, u])
             break
-    total, count = 0, 0
+    total, count = np.int64(0), 0
     for row in range(v, last + 1):
         if abs(np.int64(depth[row, u]) - inner) < 150:
             total += np.int64(depth[row, u])
@@ -179,37 +180,54 @@ def top_at(view, u, v, d):  # type: ignore[no-untyped-def]
     return Top(x, y, z, ax / distance, ay / distance, az / distance, distance)
 
 
-@njit(cache=True, nogil=True)
-def feature(view, top, k, probes):  # type: ignore[no-untyped-def]
-    """One feature of a place [m]."""
-    up = view.up
-    if k == len(probes):
-        height = top.x * up[0] + top.y * up[1] + top.z * up[2] + view.height
-        return height if height == height else UNKNOWN_HEIGHT
-    if k > len(probes):
-        return top.distance
-    a, b = probes[k, 0], probes[k, 1]
-    # To the right: ahead x up.
-    x = top.x + a * (top.ahead_y * up[2] - top.ahead_z * up[1]) + b * up[0]
-    y = top.y + a * (top.ahead_z * up[0] - top.ahead_x * up[2]) + b * up[1]
-    z = top.z + a * (top.ahead_x * up[1] - top.ahead_y * up[0]) + b * up[2]
+@njit(cache=True, nogil=True, inline="always")
+def probe(depth, fx, fy, cx, cy, x, y, z, distance):  # type: ignore[no-untyped-def]
+    """How much farther than a top is what the image shows where a probe is [m].
+
+    Plain numbers, because numba counts references to the arrays of a tuple at every call.
+
+    Depth is [mm], then come the intrinsics [px], the probe in the camera frame [m], and the level distance of the
+    top [m].
+    """
     if z < 0.05:
         return OUTSIDE_M
-    u, v = math.floor(view.fx * x / z + view.cx + 0.5), math.floor(view.fy * y / z + view.cy + 0.5)
-    if u < 0 or v < 0 or u >= view.depth.shape[1] or v >= view.depth.shape[0]:
+    u, v = fx * x / z + cx + 0.5, fy * y / z + cy + 0.5
+    if u < 0 or v < 0 or u >= depth.shape[1] or v >= depth.shape[0]:
         return OUTSIDE_M
-    d = view.depth[int(v), int(u)]
+    d = depth[np.uint32(v), np.uint32(u)]
     if d == 0:
         return NOTHING_M
     # The offsets are square to `ahead`, so the point seen through the pixel is this much farther along it.
-    return min(FAR_M, max(-FAR_M, top.distance * (d * 1e-3 / z - 1.0)))
+    return min(FAR_M, max(-FAR_M, distance * (d * 1e-3 / z - 1.0)))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def height_of(view, top):  # type: ignore[no-untyped-def]
+    """Height of a top above the floor [m]; UNKNOWN_HEIGHT without one."""
+    height = top.x * view.up[0] + top.y * view.up[1] + top.z * view.up[2] + view.height
+    return UNKNOWN_HEIGHT if math.isnan(height) else height
+
+
+@njit(cache=True, nogil=True, inline="always")
+def across(view, top):  # type: ignore[no-untyped-def]
+    """Unit vector to the right of a top, as its camera sees it, level, camera frame: ahead x up."""
+    up = view.up
+    x = top.ahead_y * up[2] - top.ahead_z * up[1]
+    y = top.ahead_z * up[0] - top.ahead_x * up[2]
+    return x, y, top.ahead_x * up[1] - top.ahead_y * up[0]
 
 
 @njit(cache=True, nogil=True)
 def _features_at(view, tops, probes):  # type: ignore[no-untyped-def]
     out = np.empty((len(tops), len(probes) + 2), np.float32)
+    depth, fx, fy, cx, cy, up = view.depth, view.fx, view.fy, view.cx, view.cy, view.up
     for i in range(len(tops)):
         top = top_at(view, tops[i, 0], tops[i, 1], tops[i, 2])
-        for k in range(len(probes) + 2):
-            out[i, k] = feature(view, top, k, probes)
+        rx, ry, rz = across(view, top)
+        for k in range(len(probes)):
+            a, b = probes[k, 0], probes[k, 1]
+            x, y, z = top.x + a * rx + b * up[0], top.y + a * ry + b * up[1], top.z + a * rz + b * up[2]
+            out[i, k] = probe(depth, fx, fy, cx, cy, x, y, z, top.distance)
+        out[i, len(probes)] = height_of(view, top)
+        out[i, len(probes) + 1] = top.distance
     return out

@@ -31,7 +31,9 @@ def found_picture(
     out = np.ascontiguousarray(np.repeat(shade[..., None], 3, axis=2))
     for k, person in enumerate(people):
         is_wrong = is_false is not None and bool(is_false[k])
-        colour = palette.VERMILION if is_wrong else palette.PERSON_COLOURS[1 + k % (len(palette.PERSON_COLOURS) - 1)]
+        colour = (
+            palette.VERMILION if is_wrong else palette.PERSON_COLOURS[1 + k % (len(palette.PERSON_COLOURS) - 1)]
+        )
         colour = tuple(int(v) for v in colour)
         for box, thick in ((person.box, 1), (person.upper_body, 2)):
             left, top, right, bottom = (round(edge) for edge in box)

@@ -111,7 +111,9 @@ def judge(truths: Truths, places: NDArray[np.float64]) -> Verdicts:
     return Verdicts(is_wanted, person < 0, person, int(truths.is_wanted.sum()))
 
 
-def recall_at(verdicts: Sequence[Verdicts], scores: Sequence[NDArray], false_per_frame: float) -> tuple[float, float]:
+def recall_at(
+    verdicts: Sequence[Verdicts], scores: Sequence[NDArray], false_per_frame: float
+) -> tuple[float, float]:
     """Recall at the lowest score that lets no more false places through.
 
     Args:
@@ -124,7 +126,11 @@ def recall_at(verdicts: Sequence[Verdicts], scores: Sequence[NDArray], false_per
     """
     false = np.sort(np.concatenate([s[v.is_false] for v, s in zip(verdicts, scores, strict=True)]))[::-1]
     n_allowed = int(false_per_frame * len(verdicts))
-    bound = float(np.nextafter(np.float32(false[n_allowed]), np.float32(np.inf))) if n_allowed < len(false) else -np.inf
+    bound = (
+        float(np.nextafter(np.float32(false[n_allowed]), np.float32(np.inf)))
+        if n_allowed < len(false)
+        else -np.inf
+    )
     n_wanted = sum(v.n_wanted for v in verdicts)
     n_found = sum(int((v.is_true & (s >= bound)).sum()) for v, s in zip(verdicts, scores, strict=True))
     return n_found / max(1, n_wanted), bound

@@ -18,14 +18,14 @@ def test_a_floor_is_found_at_every_tilt_and_height(pitch, height):
     true = standing(pitch, height)
     angle, lift = off(find_floor(cast(true, figure(3.0, 0.2), wall=5.0), CAMERA), true)
     assert angle < 0.2
-    assert lift < 0.005
+    assert lift < 0.01
 
 
 def test_a_rolled_camera_has_a_rolled_floor():
     true = Floor(np.array([0.1, -np.sqrt(1 - 0.01 - 0.04), -0.2]), 1.3)
     angle, lift = off(find_floor(cast(true), CAMERA), true)
     assert angle < 0.2
-    assert lift < 0.005
+    assert lift < 0.01
 
 
 def test_noise_that_grows_with_depth_moves_the_floor_little():

@@ -114,7 +114,9 @@ def test_features_and_scores_equal_the_slow_twins(finder, is_floored):
     view = view_of(depth, CAMERA, floor)
     tops = contour(view)[::7]
     fast = features_at(view, tops)
-    slow = np.array([[reference.slow_feature(depth, CAMERA, floor, t, k) for k in range(N_FEATURES)] for t in tops])
+    slow = np.array(
+        [[reference.slow_feature(depth, CAMERA, floor, t, k) for k in range(N_FEATURES)] for t in tops]
+    )
     # A probe whose place lies on the border of two pixels may read either.
     assert (np.abs(fast - slow) < 1e-4).mean() > 0.999
     trees = finder.model.trees
