@@ -18,23 +18,18 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
 from forests.finder.find import PeopleFinder  # noqa: E402
-from forests.finder.floor import Floor, FloorPrior, find_floor  # noqa: E402
+from forests.finder.floor import FloorPrior, find_floor  # noqa: E402
 from forests.finder.model import SHIPPED, read_finder, template_scores, tree_scores  # noqa: E402
 from forests.finder.probes import contour, view_of  # noqa: E402
 from forests.frames import Intrinsics  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
 from pipelines.drawing.files import write_picture  # noqa: E402
 from pipelines.drawing.found import found_picture  # noqa: E402
-from pipelines.metrics.finding import judge_axes, recall_at, truths_of  # noqa: E402
+from pipelines.metrics.finding import floor_of, judge_axes, recall_at, truths_of  # noqa: E402
 
 FALSE_PER_FRAME = 0.1
 N_RESAMPLES = 1000
 LOWEST = -4.0
-
-
-def true_floor(frame):
-    T = frame.T_world_camera
-    return Floor(T[2, :3] / np.linalg.norm(T[2, :3]), float(T[2, 3]))
 
 
 class Run:
@@ -103,7 +98,7 @@ def of_corpus(options):
         for number, index in enumerate(indices):
             frame = corpus.scene(int(index))
             depth = corpus.arrays("depth", [index], sensor)[0]
-            truths, floor = truths_of(frame), true_floor(frame)
+            truths, floor = truths_of(frame), floor_of(frame)
             found = finder.find(depth, frame.camera, None, LOWEST)
             n_floors += found.floor is not None
             runs["floor found"].add(frame, truths, found.people)

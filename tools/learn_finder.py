@@ -3,7 +3,7 @@
 Needs scikit-learn. Trees are grown twice: the second time the negatives are those that the first trees take for people.
 
     undergrowth generate out/rooms --config examples/rooms.toml --seed 77 --frames 2000
-    python tools/learn_finder.py out/rooms [--frames 900] [--trees 200] [--out forests/finder/people.safetensors]
+    python tools/learn_finder.py out/rooms [--frames 900] [--trees 240] [--out forests/finder/people.safetensors]
 """
 
 import argparse
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
 
 from forests.finder.find import INSIDE_M, PeopleFinder
-from forests.finder.floor import Floor
 from forests.finder.model import (
     DEPTH,
     N_ANSWERS,
@@ -28,24 +27,18 @@ from forests.finder.model import (
 )
 from forests.finder.probes import FINE, contour, features_at, view_of
 from pipelines.corpus import Corpus
-from pipelines.metrics.finding import judge_axes, level_distances, recall_at, truths_of
+from pipelines.metrics.finding import floor_of, judge_axes, level_distances, recall_at, truths_of
 from synth.frame import RoomFrame
 
 INNER_M, SIDE_M, BAND_M = 0.3, 0.1, 0.1
 """Places this near a person's trunk line are the person's; tops this far from the head to the side, or this far below
 the highest place where the head is hidden, are examples of people [m]."""
-PER_FRAME = 60
+PER_FRAME = 90
 WITHOUT_FLOOR = 5
 """Every so many frames are shown without a floor."""
 FALSE_PER_FRAME = 0.1
 LOWEST = -4.0
 """Of scores that are looked at when the bound is set."""
-
-
-def true_floor(frame: RoomFrame) -> Floor:
-    """The floor z = 0 of the world, in the camera frame."""
-    T = frame.T_world_camera
-    return Floor(T[2, :3] / np.linalg.norm(T[2, :3]), float(T[2, 3]))
 
 
 def labels_of(frame: RoomFrame, tops: NDArray[np.int32]) -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
@@ -88,7 +81,7 @@ class Shown:
             clean = corpus.scene(int(index))
             depth = corpus.arrays("depth", [index], sensors[number % len(sensors)])[0]
             is_floored = number % WITHOUT_FLOOR != 0
-            view = view_of(depth, clean.camera, true_floor(clean) if is_floored else None)
+            view = view_of(depth, clean.camera, floor_of(clean) if is_floored else None)
             tops = contour(view)
             self.truths.append(truths_of(clean))
             self.poses.append(clean.T_world_camera)
@@ -116,13 +109,17 @@ def examples(shown: Shown, trees: Trees | None, seed: int) -> tuple[NDArray[np.f
     return np.concatenate(rows), np.concatenate(answers)
 
 
-def grown(x: NDArray[np.float32], y: NDArray[np.int8], n_trees: int, seed: int) -> Trees:
-    """Boosted trees of DEPTH levels."""
-    booster = HistGradientBoostingClassifier(
+def booster_of(n_trees: int, seed: int) -> HistGradientBoostingClassifier:
+    """What grows the trees."""
+    return HistGradientBoostingClassifier(
         max_iter=n_trees, max_depth=DEPTH, max_leaf_nodes=N_ANSWERS, learning_rate=0.12, min_samples_leaf=30,
         l2_regularization=1.0, max_features=0.3, early_stopping=False, random_state=seed,
     )  # fmt: skip
-    booster.fit(x, y)
+
+
+def grown(x: NDArray[np.float32], y: NDArray[np.int8], n_trees: int, seed: int) -> Trees:
+    """Boosted trees of DEPTH levels."""
+    booster = booster_of(n_trees, seed).fit(x, y)
     feature = np.zeros((n_trees, N_QUESTIONS), np.int16)
     threshold = np.zeros((n_trees, N_QUESTIONS), np.float32)
     answer = np.zeros((n_trees, N_ANSWERS), np.float32)
@@ -216,7 +213,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("corpus", type=Path)
     parser.add_argument("--frames", type=int, default=900)
-    parser.add_argument("--trees", type=int, default=200)
+    parser.add_argument("--trees", type=int, default=240)
     parser.add_argument("--check", type=int, default=180)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)

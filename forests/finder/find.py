@@ -14,7 +14,7 @@ from forests.finder.model import FinderModel, read_finder, tree_scores
 from forests.finder.probes import View, contour, top_at, view_of
 from forests.frames import Pinhole, check_depth
 
-APART_M = 0.35
+APART_M = 0.45
 """Two people are at least this far apart, seen from above [m]."""
 NEAR_M, BETTER = 0.2, 2.0
 """Candidates this near the best one tell where the axis is [m]; the highest of those whose score is at most BETTER

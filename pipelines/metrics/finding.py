@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.finder.floor import Floor
 from synth.frame import RoomFrame
 from synth.vocabulary import JOINT_NAMES, JointState
 
@@ -54,6 +55,12 @@ def truths_of(frame: RoomFrame) -> Truths:
     visible = shown * is_inside
     is_wanted = (distance >= DISTANCES[0]) & (distance <= DISTANCES[1]) & (visible >= MIN_VISIBLE)
     return Truths(trunk, is_wanted, shown > 0, distance, visible)
+
+
+def floor_of(frame: RoomFrame) -> Floor:
+    """The true floor of a scene, z = 0 of its world, in the camera frame."""
+    T = frame.T_world_camera
+    return Floor(T[2, :3] / np.linalg.norm(T[2, :3]), float(T[2, 3]))
 
 
 def level_distances(trunk: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
