@@ -6,6 +6,10 @@ Prints the names of what ran. The last one reads out of range on purpose: withou
 import numpy as np
 
 from forests.crops import Crops, CropWriter, crop_image
+from forests.finder.find import PeopleFinder
+from forests.finder.floor import Floor, find_floor
+from forests.finder.model import template_scores
+from forests.finder.probes import contour, view_of
 from forests.frames import Hints, Intrinsics, LabelTable
 from forests.growing import GrowthConfig, grow_class_tree, grow_direction_tree
 from forests.oarf.classes import ClassTable
@@ -132,6 +136,20 @@ def nearest() -> None:
     assert np.isfinite(distance)
 
 
+def find() -> None:
+    """Places at every border of the image, with a floor and without; the floor itself."""
+    rows, columns = np.mgrid[:96, :128]
+    depth = np.where(rows > 50, 60_000 // np.maximum(rows - 40, 1), 0).astype(np.uint16)
+    depth[:40, 100:], depth[20:96, 50:70], depth[60:, :9] = 900, 1500, 700
+    depth[columns % 17 == 3] = 0
+    camera, finder = Intrinsics(90.0, 90.0, 63.5, 47.5), PeopleFinder()
+    for floor in (Floor.of_camera(0.2, 1.2), None):
+        finder.find(depth, camera, floor, score=-50.0)
+        view = view_of(depth, camera, floor)
+        template_scores(view, contour(view), finder.model.template)
+    find_floor(np.where(rows > 50, 60_000 // np.maximum(rows - 40, 1), 0).astype(np.uint16), camera)
+
+
 def read_out_of_range() -> None:
     """A root beyond the last node."""
     depth, _ = image()
@@ -151,6 +169,6 @@ def read_out_of_range() -> None:
 
 
 if __name__ == "__main__":
-    for kernels in (predict, predict_told, walk, render, nearest, read_out_of_range):
+    for kernels in (predict, predict_told, walk, render, nearest, find, read_out_of_range):
         kernels()
         print(kernels.__name__)  # noqa: T201

@@ -20,4 +20,12 @@ def test_kernels_stay_within_their_arrays(tmp_path):
         env=os.environ | settings | {"PYTHONPATH": paths},
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["predict", "predict_told", "walk", "render", "nearest", "read_out_of_range"]
+    assert done.stdout.split() == [
+        "predict",
+        "predict_told",
+        "walk",
+        "render",
+        "nearest",
+        "find",
+        "read_out_of_range",
+    ]
