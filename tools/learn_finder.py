@@ -3,7 +3,7 @@
 Needs scikit-learn. Trees are grown twice: the second time the negatives are those that the first trees take for people.
 
     undergrowth generate out/rooms --config examples/rooms.toml --seed 77 --frames 2000
-    python tools/learn_finder.py out/rooms [--frames 900] [--trees 240] [--out forests/finder/people.safetensors]
+    python tools/learn_finder.py out/rooms [--frames 1350] [--trees 280] [--out forests/finder/people.safetensors]
 """
 
 import argparse
@@ -37,6 +37,8 @@ PER_FRAME = 90
 WITHOUT_FLOOR = 5
 """Every so many frames are shown without a floor."""
 FALSE_PER_FRAME = 0.1
+MARGIN = 0.1
+"""Between the lowest sum of an example of a person on the way and the bound for giving up."""
 LOWEST = -4.0
 """Of scores that are looked at when the bound is set."""
 
@@ -143,8 +145,8 @@ def _fill(nodes, node, place, feature, threshold, answer) -> None:  # type: igno
     _fill(nodes, right, 2 * place + 2, feature, threshold, answer)
 
 
-def with_early_ends(trees: Trees, x: NDArray[np.float32], y: NDArray[np.int8], lost: float) -> Trees:
-    """The trees with bounds under which a place is given up; at most a share of the examples of people is lost."""
+def with_early_ends(trees: Trees, x: NDArray[np.float32], y: NDArray[np.int8]) -> Trees:
+    """The trees with bounds under which a place is given up: no example of a person that ends above 0 is lost."""
     node = np.zeros((len(x), len(trees.feature)), np.int64)
     tree = np.arange(len(trees.feature))
     for _ in range(DEPTH):
@@ -152,9 +154,8 @@ def with_early_ends(trees: Trees, x: NDArray[np.float32], y: NDArray[np.int8], l
         node = 2 * node + np.where(value <= trees.threshold[tree, node], 1, 2)
     sums = np.cumsum(trees.answer[tree, node - N_QUESTIONS], axis=1)
     good = sums[y == 1]
-    # Of the examples that end well, the lowest sums on the way; a margin is left for what is not seen here.
-    good = good[good[:, -1] >= np.quantile(good[:, -1], lost)]
-    bound = good.min(axis=0) - 0.5
+    # The margin is for people who are not among the examples.
+    bound = good[good[:, -1] > 0].min(axis=0) - MARGIN
     bound[:4] = -np.inf
     return trees._replace(floor_of=bound.astype(np.float32))
 
@@ -196,7 +197,7 @@ def learn(options: argparse.Namespace) -> None:
         trees = grown(x, y, n_trees, options.seed)
         print(f"turn {turn}: {len(y)} examples, {(y == 1).mean():.3f} of people", flush=True)
     assert trees is not None
-    trees = with_early_ends(trees, x, y, 0.02)
+    trees = with_early_ends(trees, x, y)
     template = np.minimum(x[y == 1, : FINE * FINE], 1.0).mean(axis=0).reshape(FINE, FINE)
     facts = {"seed": corpus.header.seed, "frames": len(shown.views), "checked": len(checked.views)}
     model = FinderModel(trees, template.astype(np.float32), 0.0, {**facts, "false_per_frame": FALSE_PER_FRAME})
@@ -212,8 +213,8 @@ def main() -> None:
     """Learns and writes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("corpus", type=Path)
-    parser.add_argument("--frames", type=int, default=900)
-    parser.add_argument("--trees", type=int, default=240)
+    parser.add_argument("--frames", type=int, default=1350)
+    parser.add_argument("--trees", type=int, default=280)
     parser.add_argument("--check", type=int, default=180)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)

@@ -26,11 +26,14 @@ def test_trees_equal_those_of_scikit_learn():
     assert np.array_equal(grown(x, y, 12, 0).answer, trees.answer)
 
 
-def test_early_ends_keep_all_but_a_share_of_the_people_and_drop_most_others():
+def test_early_ends_keep_the_people_who_are_found_and_drop_most_others():
     from tools.learn_finder import grown, with_early_ends
 
     x, y = examples()
-    trees = with_early_ends(grown(x, y, 30, 0), x, y, 0.1)
-    is_kept = np.isfinite([slow_score(row, trees) for row in x])
-    assert is_kept[y == 1].mean() >= 0.9
-    assert is_kept[y == 0].mean() < is_kept[y == 1].mean()
+    whole = grown(x, y, 30, 0)
+    trees = with_early_ends(whole, x, y)
+    full, early = (np.array([slow_score(row, kind) for row in x]) for kind in (whole, trees))
+    is_kept = np.isfinite(early)
+    assert np.array_equal(full[is_kept], early[is_kept])
+    assert is_kept[(y == 1) & (full > 0)].all()
+    assert is_kept[y == 0].mean() < 0.7
