@@ -28,6 +28,7 @@ class Truths:
         is_wanted: (n,) bool, they ought to be found.
         is_seen: (n,) bool, the image shows something of them; who is seen and not wanted may be found or not.
         distance: (n,) float64, level, from the camera to the torso [m].
+        shown: (n,) float64, of the pixels in the image the share that is not hidden.
         visible: (n,) float64: of the pixels in the image the share that is not hidden, times the share of the joints
             that lie inside the image.
     """
@@ -36,6 +37,7 @@ class Truths:
     is_wanted: NDArray[np.bool_]
     is_seen: NDArray[np.bool_]
     distance: NDArray[np.float64]
+    shown: NDArray[np.float64]
     visible: NDArray[np.float64]
 
 
@@ -54,7 +56,7 @@ def truths_of(frame: RoomFrame) -> Truths:
     distance = np.hypot(*(trunk[:, 2, :2] - T[:2, 3]).T)
     visible = shown * is_inside
     is_wanted = (distance >= DISTANCES[0]) & (distance <= DISTANCES[1]) & (visible >= MIN_VISIBLE)
-    return Truths(trunk, is_wanted, shown > 0, distance, visible)
+    return Truths(trunk, is_wanted, shown > 0, distance, shown, visible)
 
 
 def floor_of(frame: RoomFrame) -> Floor:

@@ -11,7 +11,7 @@ def truths(*places, wanted=None, seen=None):
     n = len(places)
     trunk = np.array([[(x, y, 1.6), (x, y, 1.5), (x, y, 1.2)] for x, y in places], dtype=float).reshape(n, 3, 3)
     flags = [np.ones(n, bool) if flag is None else np.array(flag) for flag in (wanted, seen)]
-    return Truths(trunk, *flags, np.full(n, 3.0), np.ones(n))
+    return Truths(trunk, *flags, np.full(n, 3.0), np.ones(n), np.ones(n))
 
 
 def test_the_nearest_person_gets_the_place():
