@@ -1,6 +1,7 @@
 """Learns what the finder of people knows, from the training split of a corpus of rooms; writes its model file.
 
-Needs scikit-learn. Trees are grown twice: the second time the negatives are those that the first trees take for people.
+Needs scikit-learn. Trees are grown three times; from the second time on the negatives are those that the trees before
+take for people. Frames of val tell from which score on a place is a person.
 
     undergrowth generate out/rooms --config examples/rooms.toml --seed 77 --frames 2000
     python tools/learn_finder.py out/rooms [--frames 1350] [--trees 280] [--out forests/finder/people.safetensors]
@@ -185,9 +186,9 @@ def reached(shown: Shown) -> float:
 
 def learn(options: argparse.Namespace) -> None:
     """Grows trees twice, sets where they end early and from which score on a place is a person, and writes them."""
-    corpus = Corpus.open(options.corpus, allow_incomplete=True)
+    corpus = Corpus.open(options.corpus)
     shown = Shown(corpus, "train", 0, options.frames)
-    checked = Shown(corpus, "train", options.frames, options.frames + options.check)
+    checked = Shown(corpus, "val", 0, options.check)
     print(f"{len(shown.views)} frames, {np.mean([len(t) for t in shown.tops]):.0f} places a frame; ", end="")
     print(f"{reached(shown):.3f} of the wanted people have a place", flush=True)
     trees = None
@@ -203,7 +204,7 @@ def learn(options: argparse.Namespace) -> None:
     model = FinderModel(trees, template.astype(np.float32), 0.0, {**facts, "false_per_frame": FALSE_PER_FRAME})
     by_template, _ = scored(checked, model, True)
     by_trees, bound = scored(checked, model, False)
-    print(f"{len(checked.views)} other frames, recall at {FALSE_PER_FRAME} false places a frame: ", end="")
+    print(f"{len(checked.views)} frames of val, recall at {FALSE_PER_FRAME} false places a frame: ", end="")
     print(f"template {by_template:.3f}, trees {by_trees:.3f} from score {bound:.2f}")
     facts = {**model.facts, "recall": round(by_trees, 4)}
     write_finder(options.out, replace(model, score=float(bound), facts=facts))
@@ -215,7 +216,7 @@ def main() -> None:
     parser.add_argument("corpus", type=Path)
     parser.add_argument("--frames", type=int, default=1350)
     parser.add_argument("--trees", type=int, default=280)
-    parser.add_argument("--check", type=int, default=180)
+    parser.add_argument("--check", type=int, default=200)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("forests/finder/people.safetensors"))
