@@ -19,7 +19,7 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
 from forests.finder.find import PeopleFinder  # noqa: E402
-from forests.finder.floor import FloorPrior, find_floor  # noqa: E402
+from forests.finder.floor import FloorPrior, NoFloorError, find_floor  # noqa: E402
 from forests.finder.model import SHIPPED, read_finder, template_scores, tree_scores  # noqa: E402
 from forests.finder.probes import contour, view_of  # noqa: E402
 from forests.frames import Intrinsics  # noqa: E402
@@ -34,6 +34,7 @@ from pipelines.metrics.finding import (  # noqa: E402
     recall_at,
     truths_of,
 )
+from synth.vocabulary import SCENE_CODE  # noqa: E402
 
 FALSE_PER_FRAME = 0.1
 N_RESAMPLES = 1000
@@ -153,6 +154,35 @@ def of_corpus(options):
             print(f"{name}: {1000 / np.mean(values):.0f} frames/s on one core ({np.mean(values):.2f} ms)")
 
 
+def of_floors(options):
+    corpus = Corpus.open(options.corpus, allow_incomplete=True)
+    indices = corpus.indices[: options.frames]
+    for sensor in options.sensor:
+        angles, lifts, unseen = [], [], []
+        for index in indices:
+            frame, depth = corpus.scene(int(index)), corpus.arrays("depth", [index], sensor)[0]
+            true = floor_of(frame)
+            share = float(((frame.occluder == SCENE_CODE["floor"]) & (depth > 0)).mean())
+            try:
+                found = find_floor(depth, frame.camera)
+            except NoFloorError:
+                unseen.append(share)
+                continue
+            angles.append(math.degrees(math.acos(min(1.0, float(found.normal @ true.normal)))))
+            lifts.append(1000 * abs(found.height - true.height))
+        print(f"{sensor}: a floor is found in {len(angles)} of {len(indices)} frames;", end=" ")
+        if unseen:
+            print(
+                f"of the others floor covers at most {max(unseen):.1%}, {np.median(unseen):.1%} in the median;",
+                end=" ",
+            )
+        for name, values, unit in (("tilt", angles, "degrees"), ("height", lifts, "mm")):
+            print(
+                f"{name} off by {np.median(values):.2f} {unit} (95 %: {np.percentile(values, 95):.2f})", end="; "
+            )
+        print(f"off by over 3 degrees or 10 cm: {int(((np.array(angles) > 3) | (np.array(lifts) > 100)).sum())}")
+
+
 def of_image(options):
     depth = cv2.imread(str(options.image), cv2.IMREAD_UNCHANGED)
     camera = Intrinsics(*options.camera)
@@ -180,6 +210,7 @@ def main():
     parser.add_argument("--model", type=Path, default=SHIPPED)
     parser.add_argument("--frames", type=int, default=256)
     parser.add_argument("--sensor", nargs="+", default=["kinect_v2"])
+    parser.add_argument("--floors", action="store_true")
     parser.add_argument("--pictures", type=Path)
     parser.add_argument("--every", type=int, default=8)
     options = parser.parse_args()
@@ -187,6 +218,8 @@ def main():
         options.pictures.mkdir(parents=True, exist_ok=True)
     if options.image:
         of_image(options)
+    elif options.floors:
+        of_floors(options)
     else:
         of_corpus(options)
 
