@@ -151,7 +151,7 @@ def find_floor(depth: NDArray, camera: Pinhole, prior: FloorPrior | None = None,
         )
     flat = points.reshape(-1, 3)
     flat = flat[flat[:, 2] > 0]
-    draws = np.random.default_rng(seed).integers(0, len(level), (N_HYPOTHESES, 3))
+    draws = _draws(len(level), np.random.default_rng(seed))
     plane, n_inliers = _best_plane(level, flat, draws, limits)
     if n_inliers < MIN_INLIERS:
         raise NoFloorError(
@@ -172,6 +172,17 @@ def _limits_of(prior: FloorPrior) -> _Limits:
         low_height = max(0.01, prior.height - prior.height_tolerance)
         high_height = prior.height + prior.height_tolerance
     return _Limits(low_pitch, high_pitch, roll, low_height, high_height)
+
+
+def _draws(n: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """(N_HYPOTHESES, 3) int64 numbers of points; of half of the triples anywhere, else within an eighth of the list.
+
+    The list runs along the rows of the image, so that the latter often lie on one surface, however small.
+    """
+    draws = rng.integers(0, n, (N_HYPOTHESES, 3))
+    nearby = draws[::2, :1] + rng.integers(-n // 16, n // 16 + 1, (len(draws[::2]), 2))
+    draws[::2, 1:] = np.clip(nearby, 0, n - 1)
+    return draws
 
 
 def _refined(points: NDArray[np.float64], plane: NDArray[np.float64]) -> Floor:
@@ -238,7 +249,8 @@ def _level_points(points, limits):  # type: ignore[no-untyped-def]
             length = math.sqrt(x * x + y * y + z * z)
             if length <= 1e-12:
                 continue
-            sign = -1.0 if y > 0 else 1.0
+            # What is seen faces the camera, so that a ceiling's normal points down.
+            sign = -1.0 if x * points[i, j, 0] + y * points[i, j, 1] + z * points[i, j, 2] > 0 else 1.0
             if _fits(sign * x / length, sign * y / length, sign * z / length, wide):
                 out[n] = points[i, j]
                 n += 1
