@@ -1,11 +1,16 @@
 """Frame: what synth gives out, one labelled depth image with its joints and camera."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
+from synth.vocabulary import SPLITS
+
+FrameT = TypeVar("FrameT")
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,57 @@ class Frame:
     def joints_2d(self) -> NDArray[np.float64]:
         """(15, 2) float64 joint centres [px]; NaN where the state is UNKNOWN."""
         return self.camera.project(self.joints)
+
+
+class NumberedFrames(Generic[FrameT]):
+    """Frames of a corpus in any order: train, then val, then test; subclasses make them.
+
+    Attributes:
+        seed: Corpus seed.
+        counts: Frames of each split.
+    """
+
+    def __init__(self, seed: int, n_frames: int, counts: Callable[[int], tuple[int, ...]]) -> None:
+        """Checks what the frames are numbered by.
+
+        Args:
+            seed: Corpus seed, 0..2**63 - 1.
+            n_frames: Length of the corpus, at least 1.
+            counts: Divides it among the splits.
+        """
+        if not 0 <= seed < 2**63:
+            raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
+        if n_frames < 1:
+            raise ValueError(f"n_frames={n_frames} must be at least 1")
+        self.seed, self.counts = seed, counts(n_frames)
+
+    def __len__(self) -> int:
+        return sum(self.counts)
+
+    def __iter__(self) -> Iterator[FrameT]:
+        return (self.frame(index) for index in range(len(self)))
+
+    def frame(self, index: int) -> FrameT:
+        """Makes a frame; see the subclass."""
+        raise NotImplementedError
+
+    def split_of(self, index: int) -> str:
+        """Name of the split that frame `index` belongs to."""
+        return self.locate(index)[0]
+
+    def locate(self, index: int) -> tuple[str, int]:
+        """The split of frame `index`, and its number in it.
+
+        Raises:
+            IndexError: There is no such frame.
+        """
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index} must be in 0..{len(self) - 1}")
+        for split, count in zip(SPLITS, self.counts, strict=True):
+            if index < count:
+                return split, index
+            index -= count
+        raise AssertionError("counts do not add up")
 
 
 @dataclass(frozen=True)

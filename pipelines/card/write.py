@@ -87,6 +87,7 @@ def card_of(
     if not {"corpus", "n_frames", "sensor", "software"} <= set(told):
         raise UserError(f"{model} does not say what it was trained on; models of `undergrowth train` do")
     learned = told["corpus"] if isinstance(told["corpus"], list) else [told["corpus"]]
+    n_untold = len(set(learned) - {corpus.digest for corpus in corpora})
     sources = [_source(corpus, corpus.digest in learned) for corpus in corpora]
     scores: list[Score] = []
     for corpus, source, noise in zip(corpora, sources, sensors_of(corpora, sensor), strict=True):
@@ -103,7 +104,8 @@ def card_of(
         kind=kind_named(about["kind"], model).title,
         told=told,
         sources=sources,
-        n_untold=len(set(learned) - {corpus.digest for corpus in corpora}),
+        n_untold=n_untold,
+        has_generated=n_untold > 0 or any(one.is_learned and not one.is_recorded for one in sources),
         has_recordings=any(source.is_recorded and source.is_learned for source in sources),
         scores=scores,
     )

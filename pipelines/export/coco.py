@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.export.records import ExportJob, png_bytes
-from synth.frame import Frame
+from synth.frame import Frame, RoomFrame
 from synth.vocabulary import BONES, JOINT_NAMES, JointState
 
 MAPS = ("depth", "part", "occluder", "instance", "body_depth", "body_part")
@@ -17,19 +17,34 @@ _V_NOT_IN_IMAGE, _V_HIDDEN, _V_VISIBLE = 0, 1, 2
 
 def export_coco(job: ExportJob) -> None:
     """Writes MAP/SPLIT/NUMBER.png and annotations/SPLIT.json."""
-    for name in MAPS:
-        (job.folder / name / job.split).mkdir(parents=True)
+    make_folders(job, MAPS)
     has_labels = job.corpus.header.config.get("import", {}).get("parts") != "none"
     images, annotations = [], []
     for index in job.indices:
         frame = job.frame(index)
-        for name in MAPS:
-            path = job.folder / name / job.split / f"{index:07d}.png"
-            path.write_bytes(png_bytes(getattr(frame, name)))
+        write_maps(job, frame, index, MAPS)
         images.append(image_entry(frame, job.split))
         if (entry := annotation_entry(frame, has_labels)) is not None:
             annotations.append(entry)
         job.on_frame()
+    write_annotations(job, images, annotations)
+
+
+def make_folders(job: ExportJob, names: tuple[str, ...]) -> None:
+    """Makes the folders MAP/SPLIT."""
+    for name in names:
+        (job.folder / name / job.split).mkdir(parents=True)
+
+
+def write_maps(job: ExportJob, frame: Frame | RoomFrame, index: int, names: tuple[str, ...]) -> None:
+    """Writes MAP/SPLIT/NUMBER.png of one frame."""
+    for name in names:
+        path = job.folder / name / job.split / f"{index:07d}.png"
+        path.write_bytes(png_bytes(getattr(frame, name)))
+
+
+def write_annotations(job: ExportJob, images: list[dict], annotations: list[dict]) -> None:
+    """Writes annotations/SPLIT.json."""
     document = {
         "info": {
             "description": f"undergrowth corpus, seed {job.corpus.header.seed}, split {job.split}",
@@ -57,7 +72,15 @@ def category_entry() -> dict:
 
 
 def image_entry(frame: Frame, split: str) -> dict:
-    """One image; file_name is that of its depth map."""
+    """One image of one person."""
+    return image_facts(frame, split) | {
+        "scene_family": frame.info.scene_family,
+        "subject_id": frame.info.subject_id,
+    }
+
+
+def image_facts(frame: Frame | RoomFrame, split: str) -> dict:
+    """What is told of every image; file_name is that of its depth map."""
     camera = frame.camera
     return {
         "id": frame.info.index,
@@ -66,8 +89,6 @@ def image_entry(frame: Frame, split: str) -> dict:
         "height": camera.height,
         "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
         "depth_unit_m": 0.001,
-        "scene_family": frame.info.scene_family,
-        "subject_id": frame.info.subject_id,
     }
 
 
@@ -82,9 +103,7 @@ def annotation_entry(frame: Frame, has_labels: bool = True) -> dict | None:
     if not alone.any():
         return None
     visibility = keypoint_visibility(frame.joint_state)
-    keypoints: list[float] = []
-    for (u, v), shown in zip(frame.joints_2d.tolist(), visibility.tolist(), strict=True):
-        keypoints += [round(u, 3), round(v, 3), shown] if shown else [0, 0, 0]
+    keypoints = keypoints_of(frame.joints_2d, visibility)
     return {
         "id": frame.info.index + 1,
         "image_id": frame.info.index,
@@ -100,6 +119,14 @@ def annotation_entry(frame: Frame, has_labels: bool = True) -> dict | None:
         "joints_camera_m": [rounded(joint) for joint in frame.joints.tolist()],
         "joint_state": frame.joint_state.tolist(),
     }
+
+
+def keypoints_of(joints_2d: NDArray[np.float64], visibility: NDArray[np.int64]) -> list[float]:
+    """Places (15, 2) [px] and visibilities (15,) one after the other; zeros of what is not in the image."""
+    keypoints: list[float] = []
+    for (u, v), shown in zip(joints_2d.tolist(), visibility.tolist(), strict=True):
+        keypoints += [round(u, 3), round(v, 3), shown] if shown else [0, 0, 0]
+    return keypoints
 
 
 def rounded(joint: list[float]) -> list[float] | None:

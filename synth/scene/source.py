@@ -1,11 +1,10 @@
 """FrameSource: makes any frame of a corpus from (configuration, seed, split, number in the split) alone."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from synth.frame import Frame, FrameInfo
+from synth.frame import Frame, FrameInfo, NumberedFrames
 from synth.geometry import inverse, transform_points
 from synth.render import backends
 from synth.render.labels import Visibility, measure_visibility
@@ -32,7 +31,7 @@ MIN_BODY_PIXELS = 400
 """The person alone covers at least this many pixels."""
 
 
-class FrameSource:
+class FrameSource(NumberedFrames[Frame]):
     """The frames of a corpus, in any order.
 
     The train frames come first, then val, then test. A frame depends on the configuration, the seed, its split
@@ -56,32 +55,17 @@ class FrameSource:
         poses: PoseMix | None = None,
         objects: ObjectMix | None = None,
     ) -> None:
-        if not 0 <= seed < 2**63:
-            raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
-        if n_frames < 1:
-            raise ValueError(f"n_frames={n_frames} must be at least 1")
+        super().__init__(seed, n_frames, config.splits.counts)
         self.config = config
-        self.seed = seed
-        self.counts = config.splits.counts(n_frames)
         self._camera = config.make_camera()
         self._renderer = backends.renderer(renderer, self._camera)
         self._pools = Pools(config, seed, objects)
         self._poses = poses
 
-    def __len__(self) -> int:
-        return sum(self.counts)
-
-    def __iter__(self) -> Iterator[Frame]:
-        return (self.frame(index) for index in range(len(self)))
-
     @property
     def description(self) -> str:
         """Which back end and device draws, in words."""
         return self._renderer.description
-
-    def split_of(self, index: int) -> str:
-        """Name of the split that frame `index` belongs to."""
-        return self._locate(index)[0]
 
     def frame(self, index: int) -> Frame:
         """Makes a frame.
@@ -93,7 +77,7 @@ class FrameSource:
             IndexError: There is no such frame.
             RuntimeError: No scene of the configuration passes its own conditions.
         """
-        split, frame_idx = self._locate(index)
+        split, frame_idx = self.locate(index)
         rng = np.random.default_rng([self.seed, _FRAME_STREAM, SPLITS.index(split), frame_idx])
         library = None if self._poses is None else self._poses.draw_library(split, rng)
         draw = SceneDraw(self.config, self._pools, split, frame_idx, rng, library)
@@ -111,15 +95,6 @@ class FrameSource:
             f"frame {index} of seed {self.seed}: no {family!r} scene in {MAX_SCENES} attempts meets "
             f"clearance={self.config.clearance}, visible_share={self.config.visible_share} and the camera's ranges"
         )
-
-    def _locate(self, index: int) -> tuple[str, int]:
-        if not 0 <= index < len(self):
-            raise IndexError(f"frame {index} must be in 0..{len(self) - 1}")
-        for split, count in zip(SPLITS, self.counts, strict=True):
-            if index < count:
-                return split, index
-            index -= count
-        raise AssertionError("counts do not add up")
 
     def _draw_scene(self, draw: SceneDraw, family: str) -> Scene | None:
         scene = SCENE_FAMILIES[family](draw)

@@ -1,12 +1,20 @@
 """COCO keypoints of whole scenes: an annotation a person, ignore regions for who is hardly seen."""
 
-import json
-
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.export.coco import bounding_box, category_entry, keypoint_visibility, rounded, run_lengths
-from pipelines.export.records import ExportJob, png_bytes
+from pipelines.export.coco import (
+    bounding_box,
+    image_facts,
+    keypoint_visibility,
+    keypoints_of,
+    make_folders,
+    rounded,
+    run_lengths,
+    write_annotations,
+    write_maps,
+)
+from pipelines.export.records import ExportJob
 from synth.frame import RoomFrame
 from synth.vocabulary import MAX_PEOPLE
 
@@ -20,43 +28,19 @@ IGNORED_PIXELS = 100
 
 def export_room_coco(job: ExportJob) -> None:
     """Writes MAP/SPLIT/NUMBER.png and annotations/SPLIT.json."""
-    for name in MAPS:
-        (job.folder / name / job.split).mkdir(parents=True)
+    make_folders(job, MAPS)
     images, annotations = [], []
     for index in job.indices:
         frame = job.scene(index)
-        for name in MAPS:
-            path = job.folder / name / job.split / f"{index:07d}.png"
-            path.write_bytes(png_bytes(getattr(frame, name)))
+        write_maps(job, frame, index, MAPS)
         images.append(_image_entry(frame, job.split))
         annotations += [entry for k in range(len(frame.people)) if (entry := person_entry(frame, k)) is not None]
         job.on_frame()
-    document = {
-        "info": {
-            "description": f"undergrowth corpus, seed {job.corpus.header.seed}, split {job.split}",
-            "version": job.corpus.digest,
-        },
-        "licenses": [],
-        "categories": [category_entry()],
-        "images": images,
-        "annotations": annotations,
-    }
-    path = job.folder / "annotations" / f"{job.split}.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(document), encoding="utf-8")
+    write_annotations(job, images, annotations)
 
 
 def _image_entry(frame: RoomFrame, split: str) -> dict:
-    camera = frame.camera
-    return {
-        "id": frame.info.index,
-        "file_name": f"depth/{split}/{frame.info.index:07d}.png",
-        "width": camera.width,
-        "height": camera.height,
-        "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
-        "depth_unit_m": 0.001,
-        "room_id": frame.info.room_id,
-    }
+    return image_facts(frame, split) | {"room_id": frame.info.room_id}
 
 
 def person_entry(frame: RoomFrame, k: int) -> dict | None:
@@ -76,9 +60,7 @@ def person_entry(frame: RoomFrame, k: int) -> dict | None:
     seen = frame.person == k + 1
     is_ignored = record.visible_fraction < IGNORED_BELOW or np.count_nonzero(seen) < IGNORED_PIXELS
     visibility = keypoint_visibility(view.joint_state)
-    keypoints: list[float] = []
-    for (u, v), shown in zip(frame.joints_2d(k).tolist(), visibility.tolist(), strict=True):
-        keypoints += [round(u, 3), round(v, 3), shown] if shown else [0, 0, 0]
+    keypoints = keypoints_of(frame.joints_2d(k), visibility)
     mask = alone if is_ignored else seen
     return {
         "id": frame.info.index * MAX_PEOPLE + k + 1,

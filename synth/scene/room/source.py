@@ -1,12 +1,11 @@
 """RoomSource: makes any frame of a corpus of whole scenes from (configuration, seed, split, number) alone."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.frame import ObjectRecord, PersonRecord, PersonView, RoomFrame, RoomInfo
+from synth.frame import NumberedFrames, ObjectRecord, PersonRecord, PersonView, RoomFrame, RoomInfo
 from synth.geometry import inverse, transform_points
 from synth.render.among import PersonVisibility, measure_person, object_fractions
 from synth.render.records import RenderObject
@@ -61,7 +60,7 @@ class _Seen:
     labels: tuple[PersonVisibility, ...]
 
 
-class RoomSource:
+class RoomSource(NumberedFrames[RoomFrame]):
     """The frames of a corpus of whole scenes, in any order: train, then val, then test.
 
     A frame depends on the configuration, the seed, its split and its number within the split alone.
@@ -84,28 +83,17 @@ class RoomSource:
         poses: PoseMix | None = None,
         objects: ObjectMix | None = None,
     ) -> None:
-        if not 0 <= seed < 2**63:
-            raise ValueError(f"seed={seed} must be in 0..2**63 - 1")
-        if n_frames < 1:
-            raise ValueError(f"n_frames={n_frames} must be at least 1")
+        super().__init__(seed, n_frames, config.splits.counts)
         if not config.room.is_on:
             raise ValueError("whole scenes need room kinds with a weight, such as room.kinds.living=1")
         if renderer != "numba":
             raise ValueError(f"renderer={renderer!r} draws single people; whole scenes are drawn by 'numba' alone")
         self.config = config
-        self.seed = seed
-        self.counts = config.splits.counts(n_frames)
         self._camera = config.make_camera()
         self._renderer = RoomRenderer(self._camera)
         self._cast = Cast(config, seed, objects)
         self._rooms = Rooms(config, seed)
         self._poses = poses
-
-    def __len__(self) -> int:
-        return sum(self.counts)
-
-    def __iter__(self) -> Iterator[RoomFrame]:
-        return (self.frame(index) for index in range(len(self)))
 
     @property
     def description(self) -> str:
@@ -122,7 +110,7 @@ class RoomSource:
             IndexError: There is no such frame.
             RuntimeError: No scene of the configuration passes its own conditions.
         """
-        split, frame_idx = self._locate(index)
+        split, frame_idx = self.locate(index)
         rng = np.random.default_rng([self.seed, _FRAME_STREAM, SPLITS.index(split), frame_idx])
         low, high = self.config.people.number
         n_people = int(rng.integers(low, high + 1))
@@ -137,15 +125,6 @@ class RoomSource:
             f"people.visible={people.visible}, room.sides={room.sides}, distance={self.config.distance} and the "
             "mounting's ranges must leave room for them"
         )
-
-    def _locate(self, index: int) -> tuple[str, int]:
-        if not 0 <= index < len(self):
-            raise IndexError(f"frame {index} must be in 0..{len(self) - 1}")
-        for split, count in zip(SPLITS, self.counts, strict=True):
-            if index < count:
-                return split, index
-            index -= count
-        raise AssertionError("counts do not add up")
 
     def _attempt(self, split: str, frame_idx: int, n_people: int, rng: np.random.Generator) -> _Seen | None:
         """Draws people, and rooms and cameras until one shows them."""

@@ -38,3 +38,10 @@ def test_a_net_is_scored_and_asked_as_a_forest_is(trained, toy_corpus, tmp_path,
     joints = json.loads((out / "frame_000003.json").read_text())["joints"]
     assert len(joints) == 15
     assert len(joints["head"]["proposals"]) > 0
+
+
+def test_a_net_has_a_card_as_a_forest_has(trained, toy_corpus, tmp_path):
+    out = tmp_path / "card.md"
+    assert main(["card", str(trained), str(toy_corpus.path), "--limit", "5", "--out", str(out)]) == 0
+    assert "No recorded frame was learned from." in out.read_text()
+    assert "| trees |" not in out.read_text()
