@@ -129,6 +129,8 @@ def _trees(learner: _Learner, checkpoint: TreeStore[ForestTree] | None) -> Itera
             learner.on_share(begun + per_tree * done)
 
         kept = checkpoint.load(tree) if checkpoint else None
+        if kept:
+            show(1.0)
         grown = kept or _train_tree(learner, tree, show)
         if checkpoint and kept is None:
             checkpoint.save(tree, grown)

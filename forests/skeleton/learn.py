@@ -23,7 +23,7 @@ from forests.skeleton.proposal import train_proposal
 
 MODES_ALONE = Rules(share=1.0, trust=0.0, limb=0.1, gap=0.0, reach_m=1.0)
 """Rules where there is no network."""
-BESIDE_NETWORK = Rules(share=0.5, trust=0.15, limb=0.1, gap=1.0, reach_m=0.3)
+BESIDE_NETWORK = Rules(share=0.5, trust=0.15, limb=0.03, gap=1.0, reach_m=0.3)
 """Rules where there is one, but for those that are tried."""
 TRUSTS, REACHES_M = (0.0, 0.15, 0.3), (0.15, 0.2, 0.3, 0.4)
 

@@ -7,6 +7,9 @@ from synth.bodies.poses.hands import HandTargets
 from synth.bodies.poses.stand import OTHER, SIGN, TRUNK_HINGES, look_about, plant_feet, root_height, shape_hand
 
 ON_ONE_LEG_SHARE = 0.3
+LONG_STEP_SHARE = 0.5
+"""How often those on both feet take a step of up to nine tenths of the leg, straight on or askew, the weight on
+either foot."""
 HANGING_SHARE = 0.15
 """How often an arm stays by the side."""
 EVEN_SHARE = 0.35
@@ -19,7 +22,7 @@ def stand_exercising(draft: Draft, rng: np.random.Generator, wild: float) -> Non
     """Base of the family: the trunk leans and twists, feet stand wide or apart, or one leg is raised."""
     draft.turn_root(
         roll=wild * float(rng.normal(0, 5)),
-        pitch=wild * float(rng.normal(4, 9)),
+        pitch=wild * float(rng.normal(6, 12)),
         yaw=wild * float(rng.normal(0, 12)),
     )
     draft.set(lumbar_flexion=wild * float(rng.normal(3, 8)), thorax_flexion=wild * float(rng.normal(3, 8)))
@@ -81,12 +84,16 @@ def _stand_wide(draft: Draft, rng: np.random.Generator, wild: float) -> None:
     leg = draft.marks.leg
     half = abs(float(draft.point("l_hip_flexion")[1]))
     apart = half + wild * leg * float(rng.beta(1.0, 2.5)) * 0.4
-    step = wild * leg * float(rng.normal(0.0, 0.16))
+    is_long = rng.random() < LONG_STEP_SHARE
+    step = wild * leg * float(rng.uniform(-0.45, 0.45) if is_long else rng.normal(0.0, 0.16))
+    askew = np.radians(wild * float(rng.uniform(-50, 50))) if is_long else 0.0
+    middle = float(rng.uniform(-0.7, 0.7)) * abs(step)
     bend = wild * float(rng.beta(0.7, 2.5)) * 0.4
     feet = {}
-    for side, along in (("l", step), ("r", -step)):
+    for side, along in (("l", middle + step), ("r", middle - step)):
         out = float(rng.uniform(0, 25)) * wild
-        feet[side] = (along + 0.25 * leg * bend - 0.02, SIGN[side] * apart, SIGN[side] * out)
+        x, y = along * np.cos(askew), along * np.sin(askew)
+        feet[side] = (x + 0.25 * leg * bend - 0.02, y + SIGN[side] * apart, SIGN[side] * out)
         draft.set(f"{side}_", hip_flexion=5 + 90 * bend, knee_flexion=6 + 180 * bend, hip_rotation=-0.8 * out)
     draft.T_world_root[2, 3] = root_height(draft, feet, 1.0 - bend - float(rng.uniform(0.0005, 0.004)))
     plant_feet(draft, feet)
