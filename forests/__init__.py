@@ -9,6 +9,7 @@ from storage.lazy import exports
 
 if TYPE_CHECKING:
     from forests.estimate import JointEstimate, JointPredictor, PixelLabeller
+    from forests.finder.cutting import cut_person
     from forests.finder.find import Found, FoundPerson, PeopleFinder
     from forests.finder.floor import Floor, FloorPrior, NoFloorError, find_floor
     from forests.frames import FrameBatch, Intrinsics, LabelTable
@@ -37,6 +38,7 @@ __all__ = [
     "PixelLabeller",
     "RWFConfig",
     "RandomWalkForest",
+    "cut_person",
     "find_floor",
     "load_model",
 ]
@@ -45,6 +47,7 @@ __getattr__, __dir__ = exports(
     __name__,
     {
         "forests.estimate": ("JointEstimate", "JointPredictor", "PixelLabeller"),
+        "forests.finder.cutting": ("cut_person",),
         "forests.finder.find": ("Found", "FoundPerson", "PeopleFinder"),
         "forests.finder.floor": ("Floor", "FloorPrior", "NoFloorError", "find_floor"),
         "forests.frames": ("FrameBatch", "Intrinsics", "LabelTable"),

@@ -105,9 +105,11 @@ def draw_recording(source: Source, folder: Folder, out: Path) -> int:
     for name in shown_methods(tuple(models)):
         there = out / name
         there.mkdir(parents=True, exist_ok=True)
-        n_skipped = PredictionRun(
-            models[name].contestant, models[name].about, PredictionOptions(lists=False), there
-        ).predict_all(chosen)
+        n_skipped = (
+            PredictionRun(models[name].contestant, models[name].about, PredictionOptions(lists=False), there)
+            .predict_all(chosen)
+            .n_skipped
+        )
         log.info("skeletons, %s: %s", METHODS[name].name, there / SHEET_NAME)
     return n_skipped
 

@@ -5,16 +5,24 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 
+from forests.finder.find import PeopleFinder
 from pipelines.errors import UserError
 from pipelines.models.opening import open_model
 from pipelines.orientation.answering import OrientationRun
 from pipelines.orientation.opening import is_orientation_net, open_net
 from pipelines.predicting.images import Request, corpus_requests, recorded_requests
-from pipelines.predicting.sequence import SHEET_NAME, ImageRun, PredictionOptions, PredictionRun
+from pipelines.predicting.people import FULL_SHARE, share_with_depth
+from pipelines.predicting.sequence import (
+    SHEET_NAME,
+    ImageRun,
+    PredictionOptions,
+    PredictionRun,
+    numbered_files,
+)
 from pipelines.recordings.plain import GivenCamera
 from pipelines.targets import check_folder
 from storage.ranges import MAX_FRAMES, check_fields
@@ -25,9 +33,10 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class PredictSettings:
-    """Finds the joints of one person in each depth image and writes NAME.json and NAME.overlay.png.
+    """Finds the joints of the person in each depth image and writes NAME.json and NAME.overlay.png.
 
-    For several images it also writes skeletons.jsonl and sheet.png. Images that cannot be read are reported and
+    In images of whole scenes everybody is found, and NAME_0.json, NAME_1.json ... are written from left to right. For
+    several images it also writes skeletons.jsonl and sheet.png. Images that cannot be read are reported and
     skipped. Of an orientation net it writes which way the person faces, and orientations.jsonl.
 
     Attributes:
@@ -43,6 +52,9 @@ class PredictSettings:
         frame: Frame numbers in the corpus.
         sensor: Name of a sensor model whose noise is added to the depth of generated frames. By default the depth
             stays clean.
+        people: What the images show. one: one person, cut out or in a box. all: whole scenes, in which people are
+            found; boxes and range of a layout are not used. auto: whole scenes, if at least half of the pixels have
+            depth and neither a box, a range nor a layout says what of them is the person.
         box: Where the person is: left top right bottom [px], right and bottom excluded. By default the whole image
             is used.
         near: Ignore depth nearer than this [m].
@@ -63,6 +75,7 @@ class PredictSettings:
     corpus: Path | None = None
     frame: tuple[int, ...] = ()
     sensor: str | None = None
+    people: Literal["auto", "one", "all"] = "auto"
     box: tuple[int, int, int, int] | None = None
     near: float = 0.0
     far: float = math.inf
@@ -86,20 +99,65 @@ class PredictSettings:
             UserError: Inputs that contradict one another, or images that were left out.
         """
         self._check_inputs()
-        options = PredictionOptions(self.box, self.near, self.far, self.fps if self.smooth else 0.0, self.pictures)
+        is_whole, requests = self._images()
+        options = PredictionOptions(
+            self.box,
+            self.near,
+            self.far,
+            self.fps if self.smooth else 0.0,
+            self.pictures,
+            finder=PeopleFinder() if is_whole else None,
+        )
         run = self._prediction(options)
-        requests = self._requests()
-        check_folder(self.out, self._names(requests, run.lines_name))
+        check_folder(self.out, self._names(requests, run.lines_name, is_whole))
         self.out.mkdir(parents=True, exist_ok=True)
         if len(requests) == 1:
             run.predict_one(requests[0])
             return 0
-        n_skipped = run.predict_all(requests)
+        tally = run.predict_all(requests)
         lines = self.out / run.lines_name
-        log.info("%d images: %s, %s", len(requests) - n_skipped, lines, self.out / SHEET_NAME)
-        if n_skipped:
-            raise UserError(f"{n_skipped} of {len(requests)} images were skipped; {lines.name} gives the reasons")
+        log.info("%d images: %s, %s", len(requests) - tally.n_skipped, lines, self.out / SHEET_NAME)
+        if is_whole:
+            images = "1 image" if tally.n_deserted == 1 else f"{tally.n_deserted} images"
+            log.info("%d people; %s in which nobody is found", tally.n_people, images)
+        if tally.n_skipped:
+            raise UserError(
+                f"{tally.n_skipped} of {len(requests)} images were skipped; {lines.name} gives the reasons"
+            )
         return 0
+
+    def _images(self) -> tuple[bool, list[Request]]:
+        """Whether the images are of whole scenes, and the images.
+
+        Raises:
+            UserError: There are none, or people in whole scenes are to be followed.
+        """
+        requests = self._requests(self.people == "all")
+        is_one = self.people == "one" or (self.people == "auto" and self._is_one_person(requests))
+        if is_one:
+            return False, requests
+        if self.smooth:
+            raise UserError(
+                "--smooth follows one person, but the images are of whole scenes, whose people are not followed from "
+                "image to image; give --people one if they show one person, cut out"
+            )
+        return True, requests if self.people == "all" else self._requests(True)
+
+    def _is_one_person(self, requests: Sequence[Request]) -> bool:
+        """Whether images show one person, by what is told of them or, if that is nothing, by how full they are."""
+        is_told = self.box is not None or self.near > 0.0 or math.isfinite(self.far)
+        if is_told or any(request.is_cut_out for request in requests):
+            return True
+        if self.corpus is not None:
+            return False
+        share = share_with_depth(requests)
+        if share < FULL_SHARE:
+            return True
+        log.info(
+            "%.0f %% of the pixels have depth, so people are looked for; --people one takes each for one person's",
+            100 * share,
+        )
+        return False
 
     def _prediction(self, options: PredictionOptions) -> ImageRun[Any]:
         """The model, ready to be asked.
@@ -115,6 +173,8 @@ class PredictSettings:
 
     def _check_inputs(self) -> None:
         """Refuses inputs that contradict one another."""
+        if self.people == "all" and self.box is not None:
+            raise UserError("--people all finds everybody's box; leave --box out")
         if (self.corpus is None) == (not self.depth):
             raise UserError("give depth images, or --corpus DIR --frame N")
         if self.corpus is not None:
@@ -126,19 +186,22 @@ class PredictSettings:
         if self.frame or self.sensor:
             raise UserError("--frame and --sensor need --corpus DIR")
 
-    def _names(self, requests: Sequence[Request], lines_name: str) -> list[str]:
-        """Names of the files that will be written."""
-        endings = (".json", ".overlay.png") if self.pictures else (".json",)
+    def _names(self, requests: Sequence[Request], lines_name: str, is_whole: bool) -> list[str]:
+        """Names of the files that will be written; of people in whole scenes, of those that are there."""
+        names = [request.name for request in requests]
         of_all = [lines_name, SHEET_NAME] if len(requests) > 1 else []
-        return of_all + [request.name + ending for request in requests for ending in endings]
+        pictures = [f"{name}.overlay.png" for name in names] if self.pictures else []
+        if is_whole:
+            return of_all + pictures + [path.name for name in names for path in numbered_files(self.out, name)]
+        return of_all + pictures + [f"{name}.json" for name in names]
 
-    def _requests(self) -> list[Request]:
+    def _requests(self, is_whole: bool) -> list[Request]:
         """All images that are asked about, not read yet."""
         if self.corpus is not None:
             return corpus_requests(self.corpus, self.frame, self.sensor)
         is_given = self.camera is not None or self.intrinsics is not None
         camera = GivenCamera(self.camera or "", self.intrinsics) if is_given else None
-        requests = recorded_requests(self.depth, self.layout, camera)
+        requests = recorded_requests(self.depth, self.layout, camera, is_whole)
         names = [request.name for request in requests]
         if len(set(names)) < len(names):
             twice = min(name for name in names if names.count(name) > 1)

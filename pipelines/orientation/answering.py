@@ -14,11 +14,13 @@ from nets.orientation.config import POSTURES, Region
 from pipelines.drawing import palette
 from pipelines.drawing.headings import draw_heading
 from pipelines.drawing.palette import Picture
-from pipelines.drawing.windows import foreground_window
+from pipelines.drawing.people import boxes_picture, scene_window
+from pipelines.drawing.windows import Window, foreground_window
 from pipelines.errors import UserError
 from pipelines.orientation.frames import HEAD_MARGIN_M
 from pipelines.predicting.images import DepthImage, Request
-from pipelines.predicting.sequence import Answer, ImageRun, PredictionOptions
+from pipelines.predicting.people import Somebody
+from pipelines.predicting.sequence import Answer, ImageRun, PredictionOptions, Seen
 from pipelines.predicting.skeleton import number_value
 
 if TYPE_CHECKING:
@@ -48,15 +50,17 @@ class OrientationRun(ImageRun["OrientationEstimate"]):
         super().__init__(about, options, out)
         self.predictor = predictor
 
-    def _box(self, image: DepthImage) -> Box:
+    def _box(self, image: DepthImage, somebody: Somebody | None) -> Box:
+        if somebody is not None and self.predictor.region == "body":
+            return somebody.person.box
         return self.options.box or region_without_detector(self.predictor.region, *image)
 
-    def _ask(self, request: Request, image: DepthImage) -> "OrientationEstimate":
+    def _ask(self, request: Request, image: DepthImage, somebody: Somebody | None) -> "OrientationEstimate":
         from nets.runtime import repeatable
 
         try:
             with repeatable():
-                return self.predictor.predict(image.depth, image.camera, self._box(image))
+                return self.predictor.predict(image.depth, image.camera, self._box(image, somebody))
         except ValueError as error:
             raise UserError(f"{request.source}: {error}") from None
 
@@ -64,7 +68,7 @@ class OrientationRun(ImageRun["OrientationEstimate"]):
         estimate = answer.estimate
         return {
             "region": estimate.region,
-            "region_box": [round(edge, 2) for edge in self._box(answer.image)],
+            "region_box": [round(edge, 2) for edge in self._box(answer.image, answer.somebody)],
             "angle": number_value(estimate.angle),
             "concentration": number_value(estimate.concentration),
             "probability": number_value(estimate.probability),
@@ -79,11 +83,21 @@ class OrientationRun(ImageRun["OrientationEstimate"]):
     def _picture(self, answer: "Answer[OrientationEstimate]") -> Picture:
         window = foreground_window(answer.image.depth, *SIZE)
         picture = window.cut(palette.grey_depth(answer.image.depth), is_smooth=True)
-        left, _, right, bottom = self._box(answer.image)
+        self._draw(picture, window, answer)
+        return picture
+
+    def _draw(self, picture: Picture, window: Window, answer: "Answer[OrientationEstimate]") -> None:
+        left, _, right, bottom = self._box(answer.image, answer.somebody)
         middle = np.array([(left + right) / 2.0 - window.columns.start, bottom - window.rows.start]) * window.scale
         middle[0] = np.clip(middle[0], 0, picture.shape[1] - 1)
         middle[1] = np.clip(middle[1], 0, picture.shape[0] - ARROW_FROM_BELOW)
         draw_heading(picture, middle, answer.estimate.angle, answer.estimate.probability)
+
+    def _scene_panel(self, seen: "Seen[OrientationEstimate]") -> Picture:
+        people = [answer.somebody.person for answer in seen.answers if answer.somebody is not None]
+        picture = boxes_picture(seen.image.depth, people)
+        for answer in seen.answers:
+            self._draw(picture, scene_window(seen.image.depth), answer)
         return picture
 
     def _panel(self, answer: "Answer[OrientationEstimate]") -> Picture:

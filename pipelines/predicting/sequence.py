@@ -1,5 +1,6 @@
 """Images asked about one after the other: a JSON file and a picture each, and for several one of each of all."""
 
+import glob
 import json
 import logging
 import math
@@ -12,15 +13,19 @@ from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.boxes import Box
 from forests.estimate import JointEstimate
+from forests.finder.find import PeopleFinder
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.overlays import skeleton_panel
 from pipelines.drawing.palette import Picture
+from pipelines.drawing.people import captioned, people_panel
 from pipelines.drawing.skeletons import PERSON_FROM
 from pipelines.drawing.tiles import N_SHOWN, sheet, sheet_tile
 from pipelines.errors import UserError
 from pipelines.models.asking import Contestant, ask
 from pipelines.predicting.images import DepthImage, Request
+from pipelines.predicting.people import Somebody, everybody, found_values
 from pipelines.predicting.skeleton import SCHEMA, SCHEMA_VERSION, body_values, number_value, skeleton_picture
 from pipelines.predicting.smooth import TrackSmoother
 from pipelines.progress import progress
@@ -47,6 +52,7 @@ class PredictionOptions:
         fps: Frames a second of a sequence that is smoothed; 0 = not smoothed.
         pictures: Whether every image gets a picture.
         lists: Whether every image is told, of not too many.
+        finder: Finds people in images of whole scenes; None = an image shows one person, cut out or in the box.
     """
 
     box: tuple[int, int, int, int] | None = None
@@ -55,20 +61,61 @@ class PredictionOptions:
     fps: float = 0.0
     pictures: bool = True
     lists: bool = True
+    finder: PeopleFinder | None = None
 
 
 class Answer(NamedTuple, Generic[EstimateT]):
-    """What came of an image.
+    """What came of an image, or of one of the people in it.
 
     Attributes:
         request: The image.
         image: As it was asked about.
         estimate: What the model answered.
+        somebody: Who was found in the image; None = the image shows one person.
     """
 
     request: Request
     image: DepthImage
     estimate: EstimateT
+    somebody: Somebody | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the files that are written."""
+        return self.request.name if self.somebody is None else f"{self.request.name}_{self.somebody.number}"
+
+    @property
+    def source(self) -> str:
+        """Where the image comes from and who it is about, for messages."""
+        return self.request.source + ("" if self.somebody is None else f", person {self.somebody.number}")
+
+
+class Seen(NamedTuple, Generic[EstimateT]):
+    """What came of an image, of everybody in it.
+
+    Attributes:
+        request: The image.
+        image: As it was asked about.
+        answers: By number; of an image that shows one person, one.
+    """
+
+    request: Request
+    image: DepthImage
+    answers: tuple[Answer[EstimateT], ...]
+
+
+class Tally(NamedTuple):
+    """What came of many images.
+
+    Attributes:
+        n_skipped: Images that could not be read.
+        n_people: People who were answered.
+        n_deserted: Images in which nobody was found.
+    """
+
+    n_skipped: int
+    n_people: int
+    n_deserted: int
 
 
 class ImageRun(ABC, Generic[EstimateT]):
@@ -93,8 +140,8 @@ class ImageRun(ABC, Generic[EstimateT]):
         self.out = out
 
     @abstractmethod
-    def _ask(self, request: Request, image: DepthImage) -> EstimateT:
-        """Asks the model about an image; a UserError if it cannot answer."""
+    def _ask(self, request: Request, image: DepthImage, somebody: Somebody | None) -> EstimateT:
+        """Asks the model about an image, or about one who was found in it; a UserError if it cannot answer."""
 
     @abstractmethod
     def _values(self, answer: Answer[EstimateT]) -> dict[str, Any]:
@@ -102,11 +149,15 @@ class ImageRun(ABC, Generic[EstimateT]):
 
     @abstractmethod
     def _picture(self, answer: Answer[EstimateT]) -> Picture:
-        """The picture of an image."""
+        """The picture of an image that shows one person."""
 
     @abstractmethod
     def _panel(self, answer: Answer[EstimateT]) -> Picture:
-        """The picture of an image for the contact sheet."""
+        """The picture of such an image for the contact sheet."""
+
+    @abstractmethod
+    def _scene_panel(self, seen: Seen[EstimateT]) -> Picture:
+        """The picture of a whole scene for the contact sheet."""
 
     @abstractmethod
     def _sentence(self, answer: Answer[EstimateT]) -> str:
@@ -118,45 +169,49 @@ class ImageRun(ABC, Generic[EstimateT]):
         Raises:
             UserError: It cannot be read, or shows nothing.
         """
-        answer = self._answer(request)
-        self._write(answer)
-        self._tell(answer)
+        seen = self._seen(request)
+        self._write(seen)
+        self._tell(seen)
 
-    def predict_all(self, requests: Sequence[Request]) -> int:
-        """Asks about each image of a sequence; those that cannot be read are told and left out.
-
-        Returns:
-            How many were left out.
-        """
+    def predict_all(self, requests: Sequence[Request]) -> Tally:
+        """Asks about each image of a sequence; those that cannot be read are told and left out."""
         shown = set(first_to_last(len(requests), N_SHOWN).tolist())
         tiles: list[Picture] = []
         lines = []
-        n_skipped = 0
+        n_skipped = n_people = n_deserted = 0
         for place, request in enumerate(progress(requests, "image", "predict")):
             try:
-                answer = self._answer(request)
+                seen = self._seen(request)
             except (UserError, OSError) as error:
                 n_skipped += 1
                 log.info("skipped: %s", error)
                 lines.append(_line({"name": request.name, "error": readable(str(error))}))
                 continue
-            lines.append(_line({"name": request.name} | self._write(answer)))
+            lines += self._write(seen)
+            n_people += len(seen.answers)
+            n_deserted += not seen.answers
             if place in shown:
-                tiles.append(sheet_tile(self._panel(answer), request.name))
+                tiles.append(sheet_tile(self._seen_panel(seen), request.name))
             if self.options.lists and len(requests) <= N_LISTED:
-                self._tell(answer)
+                self._tell(seen)
         write_atomically(self.out / self.lines_name, "".join(lines))
         if tiles:
             write_picture(self.out / SHEET_NAME, sheet(tiles, self.has_joints))
-        return n_skipped
+        return Tally(n_skipped, n_people, n_deserted)
 
-    def _answer(self, request: Request) -> Answer[EstimateT]:
+    def _seen(self, request: Request) -> Seen[EstimateT]:
         image = request.read()
         depth = self._cut(image.depth, request.source)
-        if unlikely := request.judge(depth):
-            log.warning("warning: %s", unlikely)
         cut = DepthImage(depth, image.camera)
-        return Answer(request, cut, self._ask(request, cut))
+        if self.options.finder is None:
+            if unlikely := request.judge(depth):
+                log.warning("warning: %s", unlikely)
+            return Seen(request, cut, (Answer(request, cut, self._ask(request, cut, None)),))
+        answers = []
+        for somebody in everybody(self.options.finder, cut):
+            alone = DepthImage(somebody.depth, image.camera)
+            answers.append(Answer(request, alone, self._ask(request, alone, somebody), somebody))
+        return Seen(request, cut, tuple(answers))
 
     def _cut(self, depth: NDArray[np.uint16], source: str) -> NDArray[np.uint16]:
         """The depth image without what is nearer or farther; something must be left in the box."""
@@ -169,19 +224,42 @@ class ImageRun(ABC, Generic[EstimateT]):
             raise UserError(f"{source} shows nothing{where} between {near:g} and {far:g} m")
         return depth
 
-    def _write(self, answer: Answer[EstimateT]) -> dict[str, Any]:
-        """Writes an image's files, and gives what they say."""
-        document = self._document(answer)
-        write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
+    def _write(self, seen: Seen[EstimateT]) -> list[str]:
+        """Writes an image's files, and gives what they say as lines."""
+        lines = []
+        for answer in seen.answers:
+            document = self._document(answer)
+            write_atomically(self._path(answer), json.dumps(document, indent=1) + "\n")
+            lines.append(_line({"name": answer.name} | document))
+        if self.options.finder is not None:
+            written = {self._path(answer) for answer in seen.answers}
+            for path in numbered_files(self.out, seen.request.name):
+                if path not in written:
+                    path.unlink()
+        if not seen.answers:
+            lines.append(_line({"name": seen.request.name, "n_people": 0}))
         if self.options.pictures:
-            write_picture(self.out / f"{answer.request.name}.overlay.png", self._picture(answer))
-        return document
+            picture = self._seen_picture(seen)
+            write_picture(self.out / f"{seen.request.name}.overlay.png", picture)
+        return lines
+
+    def _seen_picture(self, seen: Seen[EstimateT]) -> Picture:
+        if self.options.finder is None:
+            return self._picture(seen.answers[0])
+        panel = self._scene_panel(seen)
+        return captioned(panel) if self.has_joints else panel
+
+    def _seen_panel(self, seen: Seen[EstimateT]) -> Picture:
+        return self._panel(seen.answers[0]) if self.options.finder is None else self._scene_panel(seen)
 
     def _path(self, answer: Answer[EstimateT]) -> Path:
-        return self.out / f"{answer.request.name}.json"
+        return self.out / f"{answer.name}.json"
 
-    def _tell(self, answer: Answer[EstimateT]) -> None:
-        log.info("%s: %s, %s", answer.request.source, self._sentence(answer), self._path(answer))
+    def _tell(self, seen: Seen[EstimateT]) -> None:
+        for answer in seen.answers:
+            log.info("%s: %s, %s", answer.source, self._sentence(answer), self._path(answer))
+        if not seen.answers:
+            log.info("%s: nobody is found", seen.request.source)
 
     def _document(self, answer: Answer[EstimateT]) -> dict[str, Any]:
         height, width = answer.image.depth.shape
@@ -195,7 +273,17 @@ class ImageRun(ABC, Generic[EstimateT]):
             "box": self.options.box,
             "near": self.options.near,
             "far": number_value(self.options.far),
+            "found": None if answer.somebody is None else found_values(answer.somebody),
         } | self._values(answer)
+
+
+def numbered_files(folder: Path, name: str) -> list[Path]:
+    """The files of people who were found in an image of that name before."""
+    return [
+        path
+        for path in folder.glob(f"{glob.escape(name)}_*.json")
+        if path.stem.removeprefix(f"{name}_").isdecimal()
+    ]
 
 
 class PredictionRun(ImageRun[JointEstimate]):
@@ -215,8 +303,11 @@ class PredictionRun(ImageRun[JointEstimate]):
         self.contestant = contestant
         self._smoother = TrackSmoother(options.fps) if options.fps else None
 
-    def _ask(self, request: Request, image: DepthImage) -> JointEstimate:
-        estimate = ask(self.contestant, image.depth, image.camera, self.options.box)
+    def _ask(self, request: Request, image: DepthImage, somebody: Somebody | None) -> JointEstimate:
+        box: Box | None = self.options.box
+        if somebody is not None and self.contestant.box_joints:
+            box = somebody.person.upper_body
+        estimate = ask(self.contestant, image.depth, image.camera, box)
         if self._smoother is not None:
             estimate = self._smoother.smoothed(request.track, request.tick, estimate)
         return estimate
@@ -230,6 +321,11 @@ class PredictionRun(ImageRun[JointEstimate]):
 
     def _panel(self, answer: Answer[JointEstimate]) -> Picture:
         return skeleton_panel(answer.image.depth, answer.estimate, self.contestant.joints)
+
+    def _scene_panel(self, seen: Seen[JointEstimate]) -> Picture:
+        people = [answer.somebody.person for answer in seen.answers if answer.somebody is not None]
+        estimates = [answer.estimate for answer in seen.answers]
+        return people_panel(seen.image.depth, people, estimates, self.contestant.joints)
 
     def _sentence(self, answer: Answer[JointEstimate]) -> str:
         n_found = int((answer.estimate.confidence > 0).sum())
