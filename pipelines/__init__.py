@@ -6,6 +6,7 @@ from storage.lazy import exports
 
 if TYPE_CHECKING:
     from pipelines.corpus.read import Corpus
+    from pipelines.corpus.rooms.clips import Clip, clips_of
     from pipelines.corpus.sequence import CorpusFrames
     from pipelines.corpus.torch_dataset import torch_dataset
     from pipelines.drawing.labels import PixelLabels
@@ -14,11 +15,13 @@ if TYPE_CHECKING:
     from pipelines.generation.writing import generate_corpus
 
 __all__ = [
+    "Clip",
     "Corpus",
     "CorpusError",
     "CorpusFrames",
     "PixelLabels",
     "UserError",
+    "clips_of",
     "generate_corpus",
     "overlay",
     "torch_dataset",
@@ -28,6 +31,7 @@ __getattr__, __dir__ = exports(
     __name__,
     {
         "pipelines.corpus.read": ("Corpus",),
+        "pipelines.corpus.rooms.clips": ("Clip", "clips_of"),
         "pipelines.corpus.sequence": ("CorpusFrames",),
         "pipelines.corpus.torch_dataset": ("torch_dataset",),
         "pipelines.drawing.labels": ("PixelLabels",),

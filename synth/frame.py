@@ -14,6 +14,36 @@ FrameT = TypeVar("FrameT")
 
 
 @dataclass(frozen=True)
+class Moment:
+    """Which clip a frame belongs to, when in it, and through which camera it is seen.
+
+    Attributes:
+        clip: Number of the clip within its split; where single scenes are seen by several cameras, of the scene.
+        time: Number of the time step in the clip, from 0; steps are `scene.fps` a second.
+        view: Number of the camera, from 0.
+    """
+
+    clip: int
+    time: int
+    view: int
+
+
+@dataclass(frozen=True)
+class PersonMotion:
+    """How a person of a clip moves.
+
+    Attributes:
+        joints_world: (15, 3) float32 joint centres, world frame [m]; the same for all cameras.
+        velocity: (15, 3) float32 their velocities, world frame [m/s].
+        contacts: (n_contacts,) uint8 1 where something touches, in the order of `CONTACT_NAMES`.
+    """
+
+    joints_world: NDArray[np.float32]
+    velocity: NDArray[np.float32]
+    contacts: NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
 class ObjectRecord:
     """One object of a frame.
 
@@ -87,6 +117,7 @@ class Frame:
         T_world_camera: (4, 4) float64, pose of the camera.
         camera: Intrinsics.
         info: Everything else.
+        moment: Scene and view, of corpora with several cameras.
     """
 
     depth: NDArray[np.uint16]
@@ -104,6 +135,7 @@ class Frame:
     T_world_camera: NDArray[np.float64]
     camera: Camera
     info: FrameInfo = field(repr=False)
+    moment: Moment | None = None
 
     @property
     def joints_2d(self) -> NDArray[np.float64]:
@@ -228,6 +260,7 @@ class PersonView:
         part_visible_fraction: (32,) float32 by part label: composite pixels over body-alone pixels; 0 where none.
         angles: (n_dof,) float32 joint angles of the skeleton [rad].
         T_world_root: (4, 4) float64, pose of the body's root.
+        motion: How they move, in clips.
     """
 
     box: tuple[int, int, int, int]
@@ -239,6 +272,7 @@ class PersonView:
     part_visible_fraction: NDArray[np.float32]
     angles: NDArray[np.float32]
     T_world_root: NDArray[np.float64]
+    motion: PersonMotion | None = None
 
     @property
     def window(self) -> tuple[slice, slice]:
@@ -263,6 +297,7 @@ class RoomFrame:
         T_world_camera: (4, 4) float64, pose of the camera; the world's origin is the middle of the room's floor.
         camera: Intrinsics.
         info: Everything else.
+        moment: Clip, time and view, of clips and of corpora with several cameras.
     """
 
     depth: NDArray[np.uint16]
@@ -274,6 +309,7 @@ class RoomFrame:
     T_world_camera: NDArray[np.float64]
     camera: Camera
     info: RoomInfo = field(repr=False)
+    moment: Moment | None = None
 
     def joints_2d(self, k: int) -> NDArray[np.float64]:
         """(15, 2) float64 joint centres of person k, counted from 0 [px]."""

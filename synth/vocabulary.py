@@ -85,6 +85,9 @@ SCENE_CODE: dict[str, int] = {name: code for code, name in enumerate(SCENE_CLASS
 MAX_PEOPLE = 8
 """Of one whole scene."""
 
+CONTACT_NAMES: tuple[str, ...] = ("l_heel", "l_toes", "r_heel", "r_toes", "seat", "l_hand", "r_hand")
+"""What of a person of a clip can touch floor, seat or things, by column of the contact labels."""
+
 SPLITS: tuple[str, ...] = ("train", "val", "test")
 """Names of the splits by code; who and what stands in one stands in no other."""
 

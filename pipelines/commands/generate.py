@@ -10,12 +10,12 @@ import tyro
 from pipelines.corpus import Order
 from pipelines.errors import UserError
 from pipelines.generation.composed import ComposedFrames, composed_order
-from pipelines.generation.drawn import drawn_order
+from pipelines.generation.drawn import Source, drawn_order, whole_frames
 from pipelines.generation.libraries import LibraryUse
 from pipelines.generation.writing import write_shown
 from pipelines.settings import defaults_from
 from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
-from synth.scene import FrameSource, RoomSource, SceneConfig
+from synth.scene import SceneConfig
 from synth.scene.composed import ComposeConfig
 
 log = logging.getLogger(__name__)
@@ -36,7 +36,8 @@ class GenerateSettings:
     Attributes:
         out: Folder of the corpus: new, empty, or begun with the same settings.
         config: TOML file with any of these settings. Settings given on the command line override it.
-        frames: Number of frames. The default is 1000, or with --into the number of recorded frames.
+        frames: Number of frames. The default is 1000 (rounded up to whole clips and
+            views), or with --into the number of recorded frames.
         seed: Seed of all randomness. The same settings and seed give the same bytes.
         workers: Number of processes. The corpus does not depend on it.
         renderer: numba (runs on any machine) or pyrender (OpenGL; needs undergrowth[gl]).
@@ -84,7 +85,7 @@ class GenerateSettings:
         log.info("%d frames in %s", order.n_frames, self.out)
         return 0
 
-    def order(self) -> Order[FrameSource | RoomSource] | Order[ComposedFrames]:
+    def order(self) -> Order[Source] | Order[ComposedFrames]:
         """What `write_corpus` is to make.
 
         Raises:
@@ -100,5 +101,5 @@ class GenerateSettings:
             return composed_order(self.into, self.compose, self.seed, self.frames, self.renderer, objects)
         if self.compose != ComposeConfig():
             raise UserError("--compose describes objects in front of recorded people; give --into CORPUS too")
-        n_frames = DEFAULT_FRAMES if self.frames is None else self.frames
+        n_frames = whole_frames(self.scene, DEFAULT_FRAMES) if self.frames is None else self.frames
         return drawn_order(self.scene, self.seed, n_frames, self.renderer, poses, objects)

@@ -12,6 +12,7 @@ from pipelines.corpus.laws import broken_laws
 from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.read import Corpus
 from pipelines.corpus.rooms.laws import broken_room_laws
+from pipelines.corpus.rooms.together import scene_faults
 from pipelines.corpus.write import ZARR_NAME, shard_files
 from pipelines.errors import CorpusError
 from synth.vocabulary import SPLITS
@@ -33,6 +34,16 @@ def faults(
         if with_laws:
             yield from _law_faults(corpus, corpus.lines[shard])
         on_frames(corpus.lines[shard].n_frames)
+    if with_laws:
+        yield from _scene_faults(corpus)
+
+
+def _scene_faults(corpus: Corpus) -> Iterator[str]:
+    """What does not belong together in clips and in the views of one scene."""
+    try:
+        yield from scene_faults(corpus)
+    except CorpusError as error:
+        yield str(error)
 
 
 def _metadata_faults(corpus: Corpus) -> Iterator[str]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.frame import Frame
-from synth.vocabulary import MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS
+from synth.frame import Frame, Moment
+from synth.vocabulary import CONTACT_NAMES, MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS
 
 SHARD_FRAMES = 64
 """Frames in one shard, which one worker writes at once."""
@@ -127,6 +127,33 @@ def room_fields_of(height: int, width: int, n_dof: int) -> dict[str, Field]:
     return {item.name: item for item in listed}
 
 
+def moment_fields() -> dict[str, Field]:
+    """Arrays that say which clip, time step and camera a frame is of."""
+    listed = (
+        Field("clip", "uint32", (), "", "number of the clip, or of the scene, in the split"),
+        Field("time", "uint32", (), "", "number of the time step in the clip"),
+        Field("view", "uint32", (), "", "number of the camera"),
+    )
+    return {item.name: item for item in listed}
+
+
+def motion_fields() -> dict[str, Field]:
+    """Arrays that say how the people of a clip move."""
+    joints = (MAX_PEOPLE, N_JOINTS, 3)
+    listed = (
+        Field("joints_world", "float32", joints, "m", "joint centres, world frame, by person"),
+        Field("joint_velocity", "float32", joints, "m/s", "velocities of joint centres, world frame, by person"),
+        Field(
+            "contacts",
+            "uint8",
+            (MAX_PEOPLE, len(CONTACT_NAMES)),
+            "",
+            "1 where something of a person touches: " + ", ".join(CONTACT_NAMES),
+        ),
+    )
+    return {item.name: item for item in listed}
+
+
 def _hidden(name: str, dtype: str, image: tuple[int, int], unit: str, meaning: str) -> Field:
     return Field(name, dtype, (MAX_PEOPLE, *image), unit, meaning, MAX_PEOPLE)
 
@@ -137,7 +164,7 @@ def stored_values(frame: Frame) -> dict[str, np.ndarray]:
 
     hidden_depth, hidden_part = hidden_layer(frame.depth, frame.part, frame.body_depth, frame.body_part)
     camera = frame.camera
-    return {
+    values: dict[str, np.ndarray] = {
         "depth": frame.depth,
         "part": frame.part,
         "occluder": frame.occluder,
@@ -154,3 +181,11 @@ def stored_values(frame: Frame) -> dict[str, np.ndarray]:
         "intrinsics": np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
         "split": np.array(SPLITS.index(frame.info.split), dtype=np.uint8),
     }
+    return values | moment_values(frame.moment)
+
+
+def moment_values(moment: Moment | None) -> dict[str, np.ndarray]:
+    """Entries of `moment_fields`; none where a frame stands alone."""
+    if moment is None:
+        return {}
+    return {name: np.array(getattr(moment, name), np.uint32) for name in ("clip", "time", "view")}

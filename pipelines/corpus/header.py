@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of, room_fields_of
+from pipelines.corpus.fields import SHARD_FRAMES, Field, fields_of, moment_fields, motion_fields, room_fields_of
 from pipelines.errors import CorpusError
 from storage.ranges import MAX_FRAMES, MAX_SEED
 from synth.camera import MAX_SIDE
@@ -96,16 +96,40 @@ class Header:
         """Whether the frames are whole scenes."""
         return self.schema_version == ROOM_SCHEMA_VERSION
 
+    @property
+    def cameras(self) -> int:
+        """Cameras that see each scene at the same time."""
+        return _count(self.config, "cameras", 1)
+
+    @property
+    def clip_steps(self) -> int:
+        """Time steps of a clip; 0 if the frames are single moments."""
+        return _count(self.config, "clip", 0)
+
+    @property
+    def frames_a_scene(self) -> int:
+        """Consecutive frames that show one scene: every camera at every time step."""
+        return self.cameras * max(self.clip_steps, 1)
+
     @functools.cached_property
     def fields(self) -> dict[str, Field]:
         """The stored arrays by name."""
-        if self.has_rooms:
-            return room_fields_of(self.height, self.width, self.n_dof)
-        return fields_of(self.height, self.width, self.n_dof)
+        fields = room_fields_of if self.has_rooms else fields_of
+        listed = fields(self.height, self.width, self.n_dof)
+        if self.frames_a_scene > 1 or self.clip_steps:
+            listed |= moment_fields()
+        return listed | motion_fields() if self.clip_steps else listed
 
     def frames_of(self, shard: int) -> range:
         """Frame numbers of a shard."""
         return range(shard * SHARD_FRAMES, min(self.n_frames, (shard + 1) * SHARD_FRAMES))
+
+
+def _count(config: dict, name: str, otherwise: int) -> int:
+    """A whole number of the settings of drawn scenes."""
+    scene = config.get("scene")
+    value = scene.get(name, otherwise) if isinstance(scene, dict) else otherwise
+    return value if isinstance(value, int) and value > 0 else otherwise
 
 
 def label_tables(schema_version: int = SCHEMA_VERSION) -> dict:

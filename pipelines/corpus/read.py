@@ -179,13 +179,16 @@ class Corpus:
     def frame(self, index: int, sensor: str | None = None) -> Frame:
         """One frame, to the byte as it was made; with a sensor's noise on the composite depth if asked."""
         from pipelines.corpus.layers import body_layer
+        from pipelines.corpus.rooms.layers import moment_of
 
         number = self._checked(index)
         self._refuse_rooms(number)
         values = {name: self._stored(name, np.array([number]))[0] for name in self.header.fields}
         hidden = values.pop("hidden_depth"), values.pop("hidden_part")
         body_depth, body_part = body_layer(values["depth"], values["part"], *hidden)
-        del values["intrinsics"], values["split"]
+        moment = moment_of(values)
+        for name in ("intrinsics", "split", "clip", "time", "view"):
+            values.pop(name, None)
         if sensor is not None:
             values["depth"] = self._sensed(sensor, number, values["depth"])
         return Frame(
@@ -194,6 +197,7 @@ class Corpus:
             body_part=body_part,
             camera=self.camera(number),
             info=self.info(number),
+            moment=moment,
         )
 
     def scene(self, index: int, sensor: str | None = None) -> RoomFrame:
@@ -282,7 +286,7 @@ class Corpus:
         return apply_sensor(sensor, depth, self.camera(index), rng)
 
 
-def _reopened(path: Path, header: Header, lines: dict[int, ShardLine]) -> Corpus:
+def _reopened(path: Path, header: Header, lines: dict[int, ShardLine]) -> "Corpus":
     return Corpus(path, header, lines)
 
 

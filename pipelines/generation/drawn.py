@@ -7,7 +7,9 @@ from pipelines.corpus import ROOM_SCHEMA_VERSION, SCHEMA_VERSION, Order
 from pipelines.errors import UserError
 from pipelines.generation.libraries import LibraryUse, object_mix, pose_mix
 from synth.bodies.skeleton import DOFS
-from synth.scene import FrameSource, RoomSource, SceneConfig
+from synth.scene import ClipSource, FrameSource, RoomSource, SceneConfig
+
+Source = FrameSource | RoomSource | ClipSource
 
 
 def drawn_order(
@@ -17,7 +19,7 @@ def drawn_order(
     renderer: str = "numba",
     poses: LibraryUse | None = None,
     objects: LibraryUse | None = None,
-) -> Order[FrameSource | RoomSource]:
+) -> Order[Source]:
     """A corpus of drawn people among drawn or imported objects; of whole scenes where the settings have rooms.
 
     Args:
@@ -31,6 +33,7 @@ def drawn_order(
     Raises:
         UserError: A library cannot be used.
     """
+    _check_scenes(scene, n_frames, poses)
     config: dict[str, object] = {"renderer": renderer, "scene": scene.told()}
     if poses is not None:
         poses = replace(poses, digest=pose_mix(poses).library.digest)
@@ -44,6 +47,24 @@ def drawn_order(
     return Order(seed, n_frames, config, make, angles, schema_version)
 
 
+def whole_frames(scene: SceneConfig, n_frames: int) -> int:
+    """The number of frames, rounded up so that no scene or clip is cut."""
+    return -(-n_frames // scene.frames_a_scene) * scene.frames_a_scene
+
+
+def _check_scenes(scene: SceneConfig, n_frames: int, poses: LibraryUse | None) -> None:
+    each = scene.frames_a_scene
+    if n_frames % each:
+        raise UserError(
+            f"frames={n_frames} must be a multiple of {each}: a scene has {scene.cameras} cameras x "
+            f"{max(scene.clip, 1)} time steps; {whole_frames(scene, n_frames)} would do"
+        )
+    if scene.clip and poses is not None:
+        raise UserError(
+            f"{poses.path} is a library of single poses, which have no motion; leave --poses out: clips draw their own"
+        )
+
+
 def make_source(
     scene: SceneConfig,
     seed: int,
@@ -51,7 +72,7 @@ def make_source(
     renderer: str,
     poses: LibraryUse | None = None,
     objects: LibraryUse | None = None,
-) -> FrameSource | RoomSource:
+) -> Source:
     """The frames of such a corpus; arguments as of `drawn_order`.
 
     Raises:
@@ -62,7 +83,7 @@ def make_source(
     pose_source = None if poses is None else pose_mix(poses)
     object_source = None if objects is None else object_mix(objects)
     try:
-        make = RoomSource if scene.room.is_on else FrameSource
+        make = ClipSource if scene.clip else RoomSource if scene.room.is_on else FrameSource
         return make(scene, seed, n_frames, renderer, pose_source, object_source)
     except (ImportError, RuntimeError) as error:
         raise UserError(f"the renderer {renderer} cannot start: {error}") from error

@@ -6,12 +6,14 @@ from storage.lazy import exports
 
 if TYPE_CHECKING:
     from synth.scene.bases import PoseMix
+    from synth.scene.clips.source import ClipSource
     from synth.scene.config import SceneConfig, SceneWeights
     from synth.scene.objects import ObjectMix
     from synth.scene.room.source import RoomSource
     from synth.scene.source import FrameSource
 
 __all__ = [
+    "ClipSource",
     "FrameSource",
     "ObjectMix",
     "PoseMix",
@@ -24,6 +26,7 @@ __getattr__, __dir__ = exports(
     __name__,
     {
         "synth.scene.bases": ("PoseMix",),
+        "synth.scene.clips.source": ("ClipSource",),
         "synth.scene.config": (
             "SceneConfig",
             "SceneWeights",

@@ -6,6 +6,7 @@ from storage.ranges import check_fields, check_number, check_span
 from synth.bodies.spec import WARDROBES, Wardrobe
 from synth.camera import Camera
 from synth.render.presets import camera_named, mounting_named
+from synth.scene.clips.config import MAX_CLIP, ActWeights, CameraMoves, Rig, check_cameras
 from synth.scene.room.config import PeopleConfig, RoomConfig, check_rooms
 
 DRAWS_PER_BLOCK = 60
@@ -118,6 +119,13 @@ class SceneConfig:
             population, in which very tall people are rare.
         room: The rooms around the people. By default there are none, and every frame shows one person cut out.
         people: How many people are in a room, and in which groups.
+        cameras: How many cameras see each scene at the same time; every image is a frame of the corpus.
+        rig: How several cameras are put up: "corners" around the people, "front_top" (two: one as drawn, one that
+            looks straight down), or "stereo" (two, side by side).
+        clip: Time steps of a clip; 0 draws single moments. Clips need rooms.
+        fps: Time steps a second.
+        acts: What people do in clips; the groups of `people` and the weights of `scenes` are for single moments.
+        camera_moves: How the camera moves in clips.
     """
 
     scenes: SceneWeights = field(default_factory=SceneWeights)
@@ -146,6 +154,12 @@ class SceneConfig:
     stature_share: float = 0.5
     room: RoomConfig = field(default_factory=RoomConfig)
     people: PeopleConfig = field(default_factory=PeopleConfig)
+    cameras: int = 1
+    rig: Rig = "corners"
+    clip: int = 0
+    fps: float = 30.0
+    acts: ActWeights = field(default_factory=ActWeights)
+    camera_moves: CameraMoves = field(default_factory=CameraMoves)
 
     def __post_init__(self) -> None:
         self.make_camera()
@@ -164,13 +178,28 @@ class SceneConfig:
         if self.wardrobe not in WARDROBES:
             raise ValueError(f"wardrobe={self.wardrobe!r} is unknown; known are {', '.join(WARDROBES)}")
         check_rooms(self.room, self.people, self.distance)
+        check_cameras(self.cameras, self.rig)
+        check_fields(self, {"clip": (0, MAX_CLIP), "fps": (1.0, 240.0)})
+        if self.clip and not self.room.is_on:
+            raise ValueError(
+                f"clip={self.clip} needs a room to walk in; give room kinds too, such as room.kinds.hall=1"
+            )
 
     def told(self) -> dict[str, object]:
-        """The settings as values by name; without rooms, nothing is said of rooms and who is in them."""
+        """The settings as values by name; what is not in use (rooms, several cameras, clips) is not told."""
         values = asdict(self)
+        if self.cameras == 1:
+            del values["cameras"], values["rig"]
+        if not self.clip:
+            del values["clip"], values["fps"], values["acts"], values["camera_moves"]
         if not self.room.is_on:
             del values["room"], values["people"]
         return values
+
+    @property
+    def frames_a_scene(self) -> int:
+        """Frames that show one scene: every camera at every time step."""
+        return self.cameras * max(self.clip, 1)
 
     def make_camera(self) -> Camera:
         """The camera that all frames are seen through."""

@@ -1,12 +1,12 @@
 """Where the camera stands: bearing, distance, height and aim, within a mounting's ranges."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.camera import Camera
-from synth.geometry import inverse, look_at, transform_points
+from synth.geometry import inverse, look_at, transform_points, translation
 from synth.render.presets import mounting_named
 from synth.scene.config import SceneConfig
 from synth.vocabulary import JOINT_NAMES
@@ -33,6 +33,11 @@ LEAST_GAP = 0.35
 """No joint is nearer to a near camera than this [m]."""
 BORDER = 8.0
 """A view that shows the whole person keeps the joints this far from the border [px]."""
+
+TOP = (2.6, 3.2)
+"""Range of the height of a camera that looks straight down [m]; ITOP's (Haque et al. 2016) hung at about 3 m."""
+BASELINE = 0.12
+"""Distance of the two heads of a stereo pair [m]; ours."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +123,61 @@ def _draw_near(
     in_camera = transform_points(inverse(viewpoint.T_world_camera), joints)
     is_shown = _n_inside(camera, in_camera[_UPPER], 0.0) == len(_UPPER)
     return viewpoint if is_shown and _n_inside(camera, in_camera, 0.0) >= MIN_JOINTS_NEAR else None
+
+
+def further_viewpoint(
+    config: SceneConfig,
+    camera: Camera,
+    joints: NDArray[np.float64],
+    first: Viewpoint,
+    number: int,
+    rng: np.random.Generator,
+) -> Viewpoint | None:
+    """Draws the viewpoint of a further camera of a scene.
+
+    Args:
+        config: How many cameras there are, and how they are put up.
+        camera: Intrinsics.
+        joints: (15, 3) the person's joints, world frame [m].
+        first: The first camera.
+        number: Of the camera, from 1.
+        rng: Source of randomness.
+
+    Returns:
+        The viewpoint, or None if too few joints are inside its image.
+    """
+    if config.rig == "corners":
+        azimuth = first.azimuth + 2.0 * np.pi * number / config.cameras + float(rng.normal(0.0, 0.15))
+        return draw_viewpoint(replace(config, near_share=0.0), camera, joints, azimuth, rng)
+    if config.rig == "stereo":
+        return replace(first, T_world_camera=beside(first.T_world_camera))
+    middle = 0.5 * (joints.min(axis=0) + joints.max(axis=0))
+    T = looking_down(middle[:2], float(rng.uniform(*TOP)), first.T_world_camera)
+    in_camera = transform_points(inverse(T), joints)
+    is_seen = _n_inside(camera, in_camera, 0.0) >= MIN_JOINTS_INSIDE
+    return Viewpoint(T, first.azimuth, 0.0) if is_seen else None
+
+
+def beside(T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(4, 4) the right head of a stereo pair, whose left head is given."""
+    return T_world_camera @ translation(BASELINE, 0.0, 0.0)
+
+
+def looking_down(
+    place: NDArray[np.float64], height: float, T_world_first: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(4, 4) a camera that looks straight down; up in its image is the way that the first camera looks.
+
+    Args:
+        place: (2,) below it [m].
+        height: Above the floor [m].
+        T_world_first: (4, 4) the first camera.
+    """
+    x, y = T_world_first[:2, 2] / np.linalg.norm(T_world_first[:2, 2])
+    T = np.eye(4)
+    T[:3, :3] = np.array([[y, -x, 0.0], [-x, -y, 0.0], [0.0, 0.0, -1.0]])
+    T[:3, 3] = (place[0], place[1], height)
+    return T
 
 
 _UPPER = [JOINT_NAMES.index(name) for name in ("head", "neck")]

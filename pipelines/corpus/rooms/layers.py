@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.corpus.fields import OF_PEOPLE
+from pipelines.corpus.fields import OF_PEOPLE, moment_values
 from pipelines.corpus.layers import body_layer, hidden_layer
 from synth.camera import Camera
-from synth.frame import PersonView, RoomFrame, RoomInfo
-from synth.vocabulary import MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS, JointState
+from synth.frame import Moment, PersonMotion, PersonView, RoomFrame, RoomInfo
+from synth.vocabulary import CONTACT_NAMES, MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS, JointState
 
 
 def hidden_layers(frame: RoomFrame) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
@@ -67,7 +67,38 @@ def room_values(frame: RoomFrame, n_dof: int) -> dict[str, np.ndarray]:
         values["box"][k] = view.box
         for name in OF_PEOPLE:
             values[name][k] = getattr(view, name)
+    return values | moment_values(frame.moment) | _motion_values(frame)
+
+
+def _motion_values(frame: RoomFrame) -> dict[str, np.ndarray]:
+    """How the people of a clip move, by array name; nothing of single moments."""
+    motions = [view.motion for view in frame.people]
+    if frame.moment is None or (motions and None in motions):
+        return {}
+    values: dict[str, np.ndarray] = {
+        "joints_world": np.full((MAX_PEOPLE, N_JOINTS, 3), np.nan, np.float32),
+        "joint_velocity": np.zeros((MAX_PEOPLE, N_JOINTS, 3), np.float32),
+        "contacts": np.zeros((MAX_PEOPLE, len(CONTACT_NAMES)), np.uint8),
+    }
+    for k, motion in enumerate(motions):
+        assert motion is not None
+        values["joints_world"][k] = motion.joints_world
+        values["joint_velocity"][k] = motion.velocity
+        values["contacts"][k] = motion.contacts
     return values
+
+
+def _motion(values: dict[str, np.ndarray], k: int) -> PersonMotion | None:
+    if "contacts" not in values:
+        return None
+    return PersonMotion(values["joints_world"][k], values["joint_velocity"][k], values["contacts"][k])
+
+
+def moment_of(values: dict[str, np.ndarray]) -> Moment | None:
+    """Clip, time and view of a frame's stored entries; None where it stands alone."""
+    if "clip" not in values:
+        return None
+    return Moment(int(values["clip"]), int(values["time"]), int(values["view"]))
 
 
 def room_frame(values: dict[str, np.ndarray], camera: Camera, info: RoomInfo) -> RoomFrame:
@@ -96,9 +127,15 @@ def room_frame(values: dict[str, np.ndarray], camera: Camera, info: RoomInfo) ->
                 part_visible_fraction=values["part_visible_fraction"][k],
                 angles=values["angles"][k],
                 T_world_root=values["T_world_root"][k],
+                motion=_motion(values, k),
             )
         )
     maps = {name: values[name] for name in ("depth", "part", "person", "occluder", "instance")}
     return RoomFrame(
-        **maps, people=tuple(people), T_world_camera=values["T_world_camera"], camera=camera, info=info
+        **maps,
+        people=tuple(people),
+        T_world_camera=values["T_world_camera"],
+        camera=camera,
+        info=info,
+        moment=moment_of(values),
     )

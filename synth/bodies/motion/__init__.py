@@ -1,0 +1,1 @@
+"""People over time: gait that follows from footfalls, sitting down and getting up, gestures, captured motion."""

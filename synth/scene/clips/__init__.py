@@ -1,0 +1,1 @@
+"""Clips: people who walk, stand, gesture and sit in a room, over time."""
