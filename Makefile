@@ -83,7 +83,7 @@ lock: $(VENV)/.installed-dev
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
 		--group build -o requirements.lock pyproject.toml
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q \
-		--group build --group dev --extra gl -o requirements-dev.lock pyproject.toml
+		--group build --group dev --extra gl --extra online --extra viewer -o requirements-dev.lock pyproject.toml
 
 # The lowest versions that pyproject.toml allows, in an environment of their own: are they still enough?
 LOWEST := $(VENV)-lowest

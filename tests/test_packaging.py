@@ -58,8 +58,8 @@ def test_a_lock_names_no_index(lock):
     assert not re.search(r"^--(?!hash)", text, re.M)
 
 
-def test_only_opengl_and_nets_are_extras():
-    assert set(PROJECT["optional-dependencies"]) == {"gl", "nets"}
+def test_these_alone_are_extras():
+    assert set(PROJECT["optional-dependencies"]) == {"gl", "nets", "online", "viewer"}
 
 
 def test_the_installed_command_is_the_front_door():

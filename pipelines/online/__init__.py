@@ -1,0 +1,1 @@
+"""The on-line system: people tracked in depth images, a planner that chooses whom to analyse, modules that do."""
