@@ -1,7 +1,7 @@
 """Everybody in one image, on the floor: the finder's answers in the frame of reference that tracks live in."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,14 @@ class Seen(NamedTuple):
     detections: Detections
     T_floor_camera: NDArray[np.float64]
     is_moved: bool
+
+
+class Detector(Protocol):
+    """What finds everybody in the images of one camera, one after the other."""
+
+    def detect(self, frame: CameraFrame) -> Seen:
+        """Finds everybody in an image."""
+        ...
 
 
 class PersonDetector:
@@ -150,4 +158,5 @@ def detection_of(person: FoundPerson, T_floor_camera: NDArray[np.float64], fy: f
         float(np.clip(seen / whole, 0.0, 1.0)),
         person.box,
         person.upper_body,
+        person.axis,
     )

@@ -43,6 +43,7 @@ class Detection:
         visible: Share of the person's height that is visible, 0..1.
         box: Of the person's pixels [px].
         upper_body: Of head and shoulders [px].
+        axis: (3,) float64, the middle of the person at the height of the top, camera frame [m].
     """
 
     place: NDArray[np.float64]
@@ -52,6 +53,7 @@ class Detection:
     visible: float
     box: Box
     upper_body: Box
+    axis: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ class Request:
         module: Name of the module.
         box: Of the person's pixels [px].
         upper_body: Of head and shoulders [px].
-        distance: Of the person from the camera, level [m].
+        axis: (3,) float64, the middle of the person at the height of the top, camera frame [m].
     """
 
     stamp: int
@@ -129,7 +131,7 @@ class Request:
     module: str
     box: Box
     upper_body: Box
-    distance: float
+    axis: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

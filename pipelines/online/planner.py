@@ -218,7 +218,7 @@ def plan_of(
         found = persons[row].detection
         assert found is not None
         requests.append(
-            Request(stamp, persons[row].track_id, modules[column], found.box, found.upper_body, found.distance)
+            Request(stamp, persons[row].track_id, modules[column], found.box, found.upper_body, found.axis)
         )
     skips = tuple(
         Skip(stamp, persons[i].track_id, modules[j], REASONS[decision.code[i, j]])

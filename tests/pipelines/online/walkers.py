@@ -63,4 +63,5 @@ def detection(place, height=1.7, confidence=0.95, distance=3.0):
         1.0,
         (10.0, 10.0, 50.0, 150.0),
         (15.0, 10.0, 45.0, 50.0),
+        np.zeros(3),
     )

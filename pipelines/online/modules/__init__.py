@@ -1,0 +1,1 @@
+"""Modules: each analyses one thing about a person, in a process of its own or in that of the system."""
