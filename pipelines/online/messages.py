@@ -32,6 +32,23 @@ class CameraFrame:
 
 
 @dataclass(frozen=True)
+class CameraPose:
+    """Where the camera was.
+
+    Attributes:
+        stamp: Of the image [ns].
+        frame_id: The frame of reference of the floor: z = 0 is the floor, z points up.
+        camera_frame_id: The camera's frame of reference.
+        T_floor_camera: (4, 4) float64, the camera in the former.
+    """
+
+    stamp: int
+    frame_id: str
+    camera_frame_id: str
+    T_floor_camera: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Detection:
     """A person found in one image.
 

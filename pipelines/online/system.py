@@ -14,7 +14,7 @@ from pipelines.online.bus import Bus
 from pipelines.online.costs import Costs
 from pipelines.online.detecting import Detector
 from pipelines.online.given import placed
-from pipelines.online.messages import NS, CameraFrame, Detections, Notice, Plan, TrackedPersons
+from pipelines.online.messages import NS, CameraFrame, CameraPose, Detections, Notice, Plan, TrackedPersons
 from pipelines.online.modules.jobs import Job, Modules, Told
 from pipelines.online.planner import ModuleStates, PlannerSettings, decide, plan_of
 from pipelines.online.tracker import Tracker, TrackerSettings
@@ -81,6 +81,8 @@ class OnlineSystem:
             kind = "the camera moved without its pose being told"
             self.bus.publish(Notice(kind, f"{kind}, or the floor was lost: all tracks end and begin anew"))
             self._restart()
+        floor = seen.detections.frame_id if tracks is None else tracks.frame_id
+        self.bus.publish(CameraPose(frame.stamp, floor, frame.frame_id, seen.T_floor_camera))
         self.bus.publish(seen.detections)
         if tracks is None:
             persons = self._tracker.update(seen.detections)

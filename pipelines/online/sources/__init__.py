@@ -1,0 +1,1 @@
+"""Where images come from: recordings of ROS, and whatever gives frames."""
