@@ -59,6 +59,7 @@ COMMANDS = {
         "train_orientation", "TrainOrientationSettings", "train a net that tells which way people face"
     ),
     "predict": Command("predict", "PredictSettings", "find the joints in depth images and draw them"),
+    "live": Command("live", "LiveSettings", "follow people in depth images, and analyse whom a planner chooses"),
     "evaluate": Command("evaluate", "EvaluateSettings", "score a model on a corpus"),
     "card": Command("card", "CardSettings", "write what a model learned from, its scores and its limits"),
     "ablate": Command("ablate", "AblateSettings", "train and compare all methods on the same frames"),

@@ -42,11 +42,13 @@ class Seen(NamedTuple):
     Attributes:
         detections: The people.
         T_floor_camera: (4, 4) float64, the camera in the frame of reference of their places.
+        floor: The floor; None = none is known.
         is_moved: Whether that frame of reference is another than that of the image before.
     """
 
     detections: Detections
     T_floor_camera: NDArray[np.float64]
+    floor: Floor | None
     is_moved: bool
 
 
@@ -98,7 +100,7 @@ class PersonDetector:
         is_moved |= self._frame_id not in (None, frame_id)
         self._frame_id = frame_id
         people = tuple(detection_of(one, T_floor_camera, frame.camera.fy) for one in found)
-        return Seen(Detections(frame.stamp, frame_id, people), T_floor_camera, is_moved)
+        return Seen(Detections(frame.stamp, frame_id, people), T_floor_camera, found.floor, is_moved)
 
     def _floor_of(self, frame: CameraFrame) -> tuple[Floor | None, bool]:
         """The floor, as far as it is known before people are sought, and whether the camera has moved."""

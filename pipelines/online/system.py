@@ -12,9 +12,9 @@ from forests.frames import check_depth
 from pipelines.online.book import TrackBook
 from pipelines.online.bus import Bus
 from pipelines.online.costs import Costs
-from pipelines.online.detecting import Detector
+from pipelines.online.detecting import Detector, Seen
 from pipelines.online.given import placed
-from pipelines.online.messages import NS, CameraFrame, CameraPose, Detections, Notice, Plan, TrackedPersons
+from pipelines.online.messages import NS, CameraFrame, CameraPose, Notice, Plan, TrackedPersons
 from pipelines.online.modules.jobs import Job, Modules, Told
 from pipelines.online.planner import ModuleStates, PlannerSettings, decide, plan_of
 from pipelines.online.tracker import Tracker, TrackerSettings
@@ -95,7 +95,7 @@ class OnlineSystem:
             self._poses.popitem(last=False)
         plan = self._plan(persons, seen.T_floor_camera)
         self.bus.publish(plan)
-        self._submit(frame, seen.detections, seen.T_floor_camera, plan)
+        self._submit(frame, seen, plan)
         self.collect()
 
     def collect(self, timeout_s: float = 0.0) -> None:
@@ -153,10 +153,8 @@ class OnlineSystem:
         self._credit_s = decision.credit_s
         return plan_of(persons.stamp, decision, persons.persons, self._names, allowed)
 
-    def _submit(
-        self, frame: CameraFrame, detections: Detections, T_floor_camera: NDArray[np.float64], plan: Plan
-    ) -> None:
-        axes = np.array([one.axis for one in detections.people]).reshape(-1, 3)
+    def _submit(self, frame: CameraFrame, seen: Seen, plan: Plan) -> None:
+        axes = np.array([one.axis for one in seen.detections.people], np.float64).reshape(-1, 3)
         jobs = {}
         sound = [request for request in plan.requests if _is_box(request.box) and _is_box(request.upper_body)]
         if len(sound) < len(plan.requests):
@@ -166,7 +164,7 @@ class OnlineSystem:
         for name in self._names:
             requests = tuple(request for request in sound if request.module == name)
             if requests:
-                jobs[name] = Job(frame.stamp, frame.frame_id, frame.camera, T_floor_camera, axes, requests)
+                jobs[name] = Job(frame.stamp, frame.frame_id, frame.camera, seen.floor, axes, requests)
         self._modules.submit(frame, jobs)
 
     def _take(self, told: Told) -> None:

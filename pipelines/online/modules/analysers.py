@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from forests.boxes import Box
 from forests.estimate import JointEstimate, JointPredictor
+from forests.frames import Intrinsics
 from pipelines.online.messages import OrientationResult, Request, Result, SkeletonResult
 from pipelines.online.modules.jobs import Analyser, Job, ModuleSettings
 
 HEAD_M = 0.17
 """The box of a head reaches so far to both sides of the middle of the upper body's [m], and twice as far down."""
+SAME_M = 0.3
+"""Axes nearer than this are one person's [m]."""
 UPPER_WIDTH_M = 0.6
 """Width of a box around head and shoulders [m]."""
 
@@ -29,6 +32,7 @@ class Walks:
         self._predictor = load_model(settings.model)
         if not self._predictor.box_joints:
             raise ValueError(f"{settings.model} holds no random walk forest, which module {settings.name} needs")
+        self._predictor.predict(*_example(), (20.0, 8.0, 44.0, 30.0))
 
     def analyse(self, depth: NDArray[np.uint16], job: Job) -> list[Result]:
         """Answers a job."""
@@ -43,6 +47,35 @@ class Walks:
         return [replace(result, seconds=time.perf_counter() - begun)]
 
 
+class Skeleton:
+    """Joints by a forest or net that takes a person who is cut out of the image."""
+
+    def __init__(self, settings: ModuleSettings) -> None:
+        from forests.kinds import load_model
+
+        self._predictor = load_model(settings.model)
+        self._predictor.predict(*_example())
+
+    def analyse(self, depth: NDArray[np.uint16], job: Job) -> list[Result]:
+        """Answers a job."""
+        return [answer for request in job.requests for answer in self._answer(depth, job, request)]
+
+    def _answer(self, depth: NDArray[np.uint16], job: Job, request: Request) -> list[Result]:
+        from forests.finder.cutting import cut_axis
+
+        begun = time.perf_counter()
+        # The person's own axis is among those of everybody found, unless another tracker has told of the person.
+        off = np.linalg.norm(job.axes - request.axis, axis=1)
+        is_own = off.size > 0 and off.min() < SAME_M
+        axes = job.axes if is_own else np.vstack([job.axes, request.axis])
+        person = cut_axis(depth, job.camera, axes, int(off.argmin()) if is_own else len(axes) - 1, job.floor)
+        if not person.any():
+            return []
+        estimate = self._predictor.predict(person, job.camera)
+        result = skeleton_result(request, job.frame_id, self._predictor, estimate)
+        return [replace(result, seconds=time.perf_counter() - begun)]
+
+
 class Orientation:
     """Which way people's bodies or heads face, by an exported net; all people of an image at once."""
 
@@ -50,6 +83,7 @@ class Orientation:
         from nets.deployed import DeployedOrientation
 
         self._net = DeployedOrientation(settings.model)
+        self._net.ask(self._net.patch(*_example(), (20.0, 8.0, 44.0, 30.0))[None])
 
     def analyse(self, depth: NDArray[np.uint16], job: Job) -> list[Result]:
         """Answers a job."""
@@ -70,6 +104,13 @@ class Orientation:
             OrientationResult(r.stamp, job.frame_id, r.track_id, r.module, seconds, self._net.region, *found)
             for r, found in zip(asked, facing, strict=True)
         ]
+
+
+def _example() -> tuple[NDArray[np.uint16], Intrinsics]:
+    """An image that shows something, and its camera: whoever is asked about it once has everything loaded."""
+    depth = np.zeros((48, 64), np.uint16)
+    depth[8:40, 20:44] = 2000
+    return depth, Intrinsics(40.0, 40.0, 32.0, 24.0)
 
 
 def head_box(upper_body: Box) -> Box:
@@ -100,6 +141,7 @@ def skeleton_result(
 
 OPENERS: Mapping[str, Callable[[ModuleSettings], Analyser]] = {
     "walks": Walks,
+    "skeleton": Skeleton,
     "orientation": Orientation,
 }
 """By kind."""

@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from forests.finder.floor import Floor
 from forests.frames import Intrinsics
 from pipelines.online.messages import CameraFrame, Notice, Request, Result
 
@@ -48,7 +49,7 @@ class Job:
         stamp: Of the image [ns].
         frame_id: The camera's frame of reference.
         camera: Intrinsics.
-        T_floor_camera: (4, 4) float64, the camera in the frame of reference of the floor.
+        floor: The floor; None = not known.
         axes: (n, 3) float64, a point on the axis of everybody found in the image, camera frame [m].
         requests: Whom to analyse.
     """
@@ -56,7 +57,7 @@ class Job:
     stamp: int
     frame_id: str
     camera: Intrinsics
-    T_floor_camera: NDArray[np.float64]
+    floor: Floor | None
     axes: NDArray[np.float64]
     requests: tuple[Request, ...]
 
@@ -112,7 +113,7 @@ class Modules(Protocol):
         ...
 
     def is_busy(self) -> bool:
-        """Whether answers are still to come."""
+        """Whether answers, or modules that are restarted, are still to come."""
         ...
 
     def close(self) -> None:

@@ -13,7 +13,7 @@ from pipelines.online.modules.jobs import Job, ModuleSettings, Told
 from pipelines.online.modules.ring import FrameRing
 from pipelines.online.modules.worker import Answered, Failed, Ready, Work
 
-HANG_S = 1.0
+HANG_S = 3.0
 """A job that takes longer than this, and 20 times as long as it should, hangs [s]."""
 HANG_FACTOR = 20
 OPEN_S = 120.0
@@ -27,14 +27,30 @@ POLL_S = 0.05
 
 
 @dataclass
+class _Worker:
+    """A process and the connection to it; `since` is when it was told something last, of `time.monotonic` [s]."""
+
+    process: BaseProcess
+    connection: Connection
+    since: float
+    is_ready: bool = False
+
+    def end(self) -> None:
+        """Ends the process, at once if need be."""
+        self.connection.close()
+        if self.process.is_alive():
+            self.process.kill()
+        self.process.join(1.0)
+        self.process.close()
+
+
+@dataclass
 class _Module:
-    """A module and its process; times are of `time.monotonic` [s]."""
+    """A module: the process that works, one that stands by with its model open, and what they are asked."""
 
     settings: ModuleSettings
-    process: BaseProcess | None = None
-    connection: Connection | None = None
-    since: float = 0.0
-    is_ready: bool = False
+    active: _Worker | None = None
+    spare: _Worker | None = None
     was_ready: bool = False
     n_failed: int = 0
     restart_at: float = 0.0
@@ -42,9 +58,19 @@ class _Module:
     pending: Work | None = None
 
     @property
+    def is_ready(self) -> bool:
+        """Whether it can be asked."""
+        return self.active is not None and self.active.is_ready
+
+    @property
     def is_down(self) -> bool:
         """Whether it stays down."""
         return self.n_failed >= N_TRIES and not self.was_ready
+
+    @property
+    def workers(self) -> list[_Worker]:
+        """Its processes."""
+        return [worker for worker in (self.active, self.spare) if worker is not None]
 
 
 class ProcessModules:
@@ -54,9 +80,16 @@ class ProcessModules:
         settings: The modules.
     """
 
-    def __init__(self, settings: tuple[ModuleSettings, ...]) -> None:
-        """Starts all processes; `wait_ready` waits until their models are open."""
+    def __init__(self, settings: tuple[ModuleSettings, ...], has_spares: bool = True) -> None:
+        """Starts all processes; `wait_ready` waits until their models are open.
+
+        Args:
+            settings: The modules.
+            has_spares: Whether a second process of each module stands by with its model open, and takes over at
+                once when the first ends. Otherwise a module is away until its model is opened anew.
+        """
         self.settings = settings
+        self._has_spares = has_spares
         self._context = multiprocessing.get_context("spawn")
         self._modules = {one.name: _Module(one) for one in settings}
         # Each module reads one image and has one in its queue; one more is being written.
@@ -64,7 +97,7 @@ class ProcessModules:
         self._results: list[Result] = []
         self._notices: list[Notice] = []
         for module in self._modules.values():
-            self._start(module)
+            module.active = self._started(module)
 
     def wait_ready(self) -> None:
         """Waits until every model is open.
@@ -86,8 +119,8 @@ class ProcessModules:
 
     def process_id(self, name: str) -> int | None:
         """Of the process of a module; None while there is none."""
-        process = self._modules[name].process
-        return None if process is None else process.pid
+        active = self._modules[name].active
+        return None if active is None else active.process.pid
 
     def submit(self, frame: CameraFrame, jobs: dict[str, Job]) -> None:
         """Asks modules about an image; what still waits for a module is dropped for it."""
@@ -112,46 +145,49 @@ class ProcessModules:
         return told
 
     def is_busy(self) -> bool:
-        """Whether answers are still to come."""
+        """Whether answers, or modules that are restarted, are still to come."""
         return any(
-            module.in_hand is not None or (module.pending is not None and not module.is_down)
+            not module.is_down
+            and (module.in_hand is not None or module.pending is not None or not module.is_ready)
             for module in self._modules.values()
         )
 
     def close(self) -> None:
         """Ends all processes and frees the memory."""
-        for module in self._modules.values():
-            if module.connection is not None and module.is_ready:
+        workers = [worker for module in self._modules.values() for worker in module.workers]
+        for one in workers:
+            if one.is_ready:
                 with contextlib.suppress(OSError):
-                    module.connection.send(None)
+                    one.connection.send(None)
+        for one in workers:
+            one.process.join(0.5 if one.is_ready else 0.0)
+            one.end()
         for module in self._modules.values():
-            if module.process is not None:
-                module.process.join(0.5 if module.is_ready else 0.0)
-            self._end_process(module)
+            module.active = module.spare = None
         self._ring.close()
 
-    def _start(self, module: _Module) -> None:
+    def _started(self, module: _Module) -> _Worker:
         connection, other = self._context.Pipe()
-        module.process = self._context.Process(
+        process = self._context.Process(
             target=worker.run,
             args=(module.settings, other),
             name=f"undergrowth {module.settings.name}",
             daemon=True,
         )
-        module.process.start()
+        process.start()
         other.close()
-        module.connection, module.since = connection, time.monotonic()
+        return _Worker(process, connection, time.monotonic())
 
     def _hand_over(self, module: _Module) -> None:
         """Sends what waits, if the process is idle."""
-        if not module.is_ready or module.in_hand is not None or module.pending is None:
+        active = module.active
+        if active is None or not active.is_ready or module.in_hand is not None or module.pending is None:
             return
-        assert module.connection is not None
-        module.in_hand, module.pending, module.since = module.pending, None, time.monotonic()
+        module.in_hand, module.pending, active.since = module.pending, None, time.monotonic()
         try:
-            module.connection.send(module.in_hand)
+            active.connection.send(module.in_hand)
         except OSError:
-            self._fail(module, "ended unexpectedly")
+            self._fail(module, active, "ended unexpectedly")
 
     def _drop(self, module: _Module) -> None:
         if module.pending is not None:
@@ -159,39 +195,49 @@ class ProcessModules:
             module.pending = None
 
     def _look(self, timeout_s: float) -> None:
-        """Waits until a process says something, and takes it; restarts those whose time has come."""
-        now = time.monotonic()
-        for module in self._modules.values():
-            if module.process is None and not module.is_down and now >= module.restart_at:
-                self._start(module)
-        by_connection = {m.connection: m for m in self._modules.values() if m.connection is not None}
-        for connection in wait(list(by_connection), timeout_s):
+        """Waits until a process says something, and takes it; starts those whose time has come."""
+        self._start_due()
+        owners = {one.connection: (m, one) for m in self._modules.values() for one in m.workers}
+        for connection in wait(list(owners), timeout_s):
             assert isinstance(connection, Connection)
-            self._hear(by_connection[connection], connection)
+            self._hear(*owners[connection])
         now = time.monotonic()
         for module in self._modules.values():
-            if module.process is not None and now - module.since > self._allowed_s(module):
-                self._fail(module, f"gave no answer for {now - module.since:.1f} s")
+            for one in module.workers:
+                if now - one.since > self._allowed_s(module, one):
+                    self._fail(module, one, f"gave no answer for {now - one.since:.1f} s")
 
-    def _allowed_s(self, module: _Module) -> float:
-        """How long it may say nothing [s]."""
-        if not module.is_ready:
+    def _start_due(self) -> None:
+        now = time.monotonic()
+        for module in self._modules.values():
+            if module.is_down or now < module.restart_at:
+                continue
+            if module.active is None:
+                module.active = self._started(module)
+            elif self._has_spares and module.spare is None and module.was_ready:
+                module.spare = self._started(module)
+
+    def _allowed_s(self, module: _Module, one: _Worker) -> float:
+        """How long a process may say nothing [s]."""
+        if not one.is_ready:
             return OPEN_S
-        if module.in_hand is None:
+        if one is module.spare or module.in_hand is None:
             return float("inf")
         return max(HANG_S, HANG_FACTOR * module.settings.cost_s * len(module.in_hand.job.requests))
 
-    def _hear(self, module: _Module, connection: Connection) -> None:
+    def _hear(self, module: _Module, one: _Worker) -> None:
+        if one not in module.workers:
+            return
         try:
-            said = connection.recv()
+            said = one.connection.recv()
         except (EOFError, OSError):
-            self._fail(module, "ended unexpectedly")
+            self._fail(module, one, "ended unexpectedly")
             return
         if isinstance(said, Failed):
-            self._fail(module, f"failed: {said.sentence}")
+            self._fail(module, one, f"failed: {said.sentence}")
             return
         if isinstance(said, Ready):
-            module.is_ready = module.was_ready = True
+            one.is_ready = module.was_ready = True
         elif isinstance(said, Answered):
             assert module.in_hand is not None
             self._ring.release(module.in_hand.place)
@@ -199,29 +245,24 @@ class ProcessModules:
             self._results += said.results
         self._hand_over(module)
 
-    def _fail(self, module: _Module, what: str) -> None:
+    def _fail(self, module: _Module, one: _Worker, what: str) -> None:
         """Ends a process, loses the image in hand, and sees to it that the module comes back."""
         name = module.settings.name
-        self._end_process(module)
-        if module.in_hand is not None:
-            self._ring.release(module.in_hand.place)
-            module.in_hand = None
+        one.end()
         module.n_failed += 1
         pause = min(FIRST_WAIT_S * 2 ** (module.n_failed - 2), LONGEST_WAIT_S) if module.n_failed > 1 else 0.0
         module.restart_at = time.monotonic() + pause
+        if one is module.spare:
+            module.spare = None
+        else:
+            module.active, module.spare = module.spare, None
+            if module.in_hand is not None:
+                self._ring.release(module.in_hand.place)
+                module.in_hand = None
         if module.is_down:
             self._drop(module)
             sentence = f"module {name} {what}; it failed {N_TRIES} times before it was ready, and stays down"
             self._notices.append(Notice(f"module {name} is down", sentence))
         else:
             self._notices.append(Notice(f"module {name} failed", f"module {name} {what}; it is restarted"))
-
-    def _end_process(self, module: _Module) -> None:
-        if module.connection is not None:
-            module.connection.close()
-        if module.process is not None:
-            if module.process.is_alive():
-                module.process.kill()
-            module.process.join(1.0)
-            module.process.close()
-        module.process, module.connection, module.is_ready = None, None, False
+        self._hand_over(module)

@@ -92,13 +92,14 @@ class Reader:
         self._memory: SharedMemory | None = None
 
     def read(self, place: Place) -> NDArray[np.uint16]:
-        """The image, without a copy; it is not valid for longer than the place is taken."""
+        """The image, without a copy; it is not valid for longer than the place is taken, and must not be changed.
+
+        It is not marked as read-only, since numba would compile every kernel anew for such an array.
+        """
         if self._memory is None or self._memory.name != place.memory:
             self.close()
             self._memory = SharedMemory(place.memory)
-        out = view(self._memory, place)
-        out.flags.writeable = False
-        return out
+        return view(self._memory, place)
 
     def close(self) -> None:
         """Lets go of the memory."""

@@ -48,8 +48,10 @@ def gather(modules, seconds):
 def started():
     running = []
 
-    def start(**models):
-        modules = ProcessModules(tuple(ModuleSettings(name, KIND, model) for name, model in models.items()))
+    def start(has_spares=False, **models):
+        modules = ProcessModules(
+            tuple(ModuleSettings(name, KIND, model) for name, model in models.items()), has_spares
+        )
         running.append(modules)
         modules.wait_ready()
         return modules
@@ -128,3 +130,19 @@ def test_a_ring_never_writes_where_somebody_reads():
     finally:
         reader.close()
         ring.close()
+
+
+def test_a_spare_takes_over_at_once(started):
+    modules = started(has_spares=True, one="fine")
+    end = time.monotonic() + 30
+    while not (modules._modules["one"].spare and modules._modules["one"].spare.is_ready):
+        modules.collect(0.05)
+        assert time.monotonic() < end
+        modules._look(0.05)
+    first = modules.process_id("one")
+    os.kill(first, signal.SIGKILL)
+    for stamp in (1, 2):
+        ask(modules, stamp, ["one"])
+        results, _ = gather(modules, 30)
+    assert [r.stamp for r in results] == [2]
+    assert modules.process_id("one") not in (first, None)

@@ -38,7 +38,7 @@ class Played:
 
     def detect(self, frame):
         nobody = Detections(frame.stamp, "floor", ())
-        return Seen(self.messages.get(frame.stamp, nobody), T_FLOOR_CAMERA, False)
+        return Seen(self.messages.get(frame.stamp, nobody), T_FLOOR_CAMERA, None, False)
 
 
 def frame_at(k, **changes):

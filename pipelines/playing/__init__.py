@@ -1,0 +1,1 @@
+"""Corpora, folders and recordings played image by image, as a camera would give them."""
