@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 UV ?= $(BIN)/uv
 
-.PHONY: fuzz kill demo model test test-fast lint format types contracts check bench lock lowest clean
+.PHONY: fuzz kill demo model live test test-fast lint format types contracts check bench lock lowest clean
 
 # make demo REAL=path [LAYOUT=name|file.toml] [CAMERA=preset [FAR=metres]]: skeletons on a folder of recorded depth too.
 # The recipe's shell takes the words from its environment, so that a path may hold spaces.
@@ -28,6 +28,15 @@ model: $(VENV)/.installed
 		--growth.max-depth 25 --growth.min-samples-leaf 40 --threads $(CPUS) --out $(MODEL)/forest.safetensors
 	$(BIN)/undergrowth card $(MODEL)/forest.safetensors $(MODEL)/kinect_v2 $(MODEL)/kinect_v1_qvga \
 		$(MODEL)/realsense_d435 $(RECORDED) --threads $(CPUS)
+
+# make live [WALKS=forest] [SKELETON=forest] [ORIENTATION=net.onnx]: a generated clip through finder, tracker, planner
+# and the modules whose models are given; what they tell is in out/live/people.mcap.
+LIVE := out/live
+live: $(VENV)/.installed-dev
+	$(BIN)/undergrowth generate $(LIVE)/clips --config examples/clips.toml --frames 180 --workers $(CPUS)
+	$(BIN)/undergrowth live $(LIVE)/clips --sensor kinect_v2 --record $(LIVE)/people.mcap \
+		$(if $(WALKS),--walks "$(WALKS)") $(if $(SKELETON),--skeleton "$(SKELETON)") \
+		$(if $(ORIENTATION),--orientation "$(ORIENTATION)")
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -124,15 +124,14 @@ class TrackBook:
         walking = np.where(speed > WALKS_MPS, approach / np.maximum(speed, 1e-6), np.nan)
         facing = [self._facing(person, persons.stamp) for person in persons.persons]
         found = [person.detection for person in persons.persons]
+        stale = [self._stale(person, persons.stamp, modules) for person in persons.persons]
         return TrackStates(
             distance,
             approach,
             np.where(np.isnan(facing), walking, facing),
             np.array([0.0 if one is None else one.visible for one in found], np.float64),
             np.array([one is not None for one in found], bool),
-            np.array([self._stale(person, persons.stamp, modules) for person in persons.persons]).reshape(
-                -1, len(modules)
-            ),
+            np.array(stale, np.float64).reshape(len(stale), len(modules)),
         )
 
     def _facing(self, person: TrackedPerson, stamp: int) -> float:

@@ -146,4 +146,6 @@ def open_source(path: Path, options: PlayOptions) -> Source:
         return BagSource(path, options.topic, camera, options.knows_pose)
     if not path.exists():
         raise UserError(f"there is no file or folder {path}")
-    return FolderSource(tuple(recorded_requests((path,), options.layout, options.camera)), options.fps)
+    return FolderSource(
+        tuple(recorded_requests((path,), options.layout, options.camera, is_whole=True)), options.fps
+    )
