@@ -19,7 +19,7 @@ sys.path[:0] = [str(Path(__file__).parents[1])]
 from pipelines.corpus import Corpus  # noqa: E402
 from pipelines.metrics.finding import REACH_M, level_distances, truths_of  # noqa: E402
 from pipelines.online.detecting import PersonDetector  # noqa: E402
-from pipelines.online.messages import SkeletonResult, TrackedPersons, TrackSkeleton  # noqa: E402
+from pipelines.online.messages import CameraPose, SkeletonResult, TrackedPersons, TrackSkeleton  # noqa: E402
 from pipelines.online.modules.inline import InlineModules  # noqa: E402
 from pipelines.online.modules.jobs import ModuleSettings  # noqa: E402
 from pipelines.online.planner import ModuleStates, PlannerSettings, TrackStates, decide  # noqa: E402
@@ -27,6 +27,8 @@ from pipelines.online.system import OnlineSystem, SystemSettings  # noqa: E402
 from pipelines.playing.sources import CorpusSource  # noqa: E402
 from synth.vocabulary import JOINT_NAMES  # noqa: E402
 
+TRUNK_M = 1.2
+"""Height at which places are compared [m]."""
 FIRST = 3
 """Images of a clip that do not count, since nobody can be sure of anybody yet."""
 
@@ -35,13 +37,14 @@ class Played:
     """Everything that came of a corpus, with its truth."""
 
     def __init__(self, path, sensor, knows_pose, modules, budget_s):
-        self.tracks, self.raw, self.smooth, self.seconds, self.n_results = [], [], [], [], []
+        self.tracks, self.poses, self.raw, self.smooth, self.seconds, self.n_results = [], [], [], [], [], []
         corpus, source = Corpus.open(path), CorpusSource(path, sensor, knows_pose=knows_pose)
         system = OnlineSystem(
             PersonDetector(), InlineModules(modules), SystemSettings(planner=PlannerSettings(budget_s=budget_s))
         )
         for kind, handler in (
             (TrackedPersons, self.tracks.append),
+            (CameraPose, self.poses.append),
             (SkeletonResult, self.raw.append),
             (TrackSkeleton, self.smooth.append),
         ):
@@ -56,13 +59,20 @@ class Played:
             self.n_results.append(len(self.raw) - before)
 
 
+def places_of(scene, pose, persons):
+    """(n, 2) places in the true world of tracks that live on a floor, which may be a found one [m]."""
+    T_world_floor = scene.T_world_camera @ np.linalg.inv(pose.T_floor_camera)
+    at = np.array([(*one.place, TRUNK_M, 1.0) for one in persons]).reshape(-1, 4)
+    return (at @ T_world_floor.T)[:, :2]
+
+
 def tracking(played):
     """MOTA, identity switches and person-frames by motmetrics."""
     import motmetrics as mm
 
     scores, names = [], []
     in_clip = 0
-    for scene, told in zip(played.scenes, played.tracks, strict=True):
+    for scene, pose, told in zip(played.scenes, played.poses, played.tracks, strict=True):
         clip = (scene.info.split, scene.moment.clip)
         in_clip = in_clip + 1 if names and names[-1] == clip else 0
         if in_clip == 0:
@@ -71,7 +81,7 @@ def tracking(played):
         if in_clip < FIRST:
             continue
         truths = truths_of(scene)
-        off = level_distances(truths.trunk, np.array([one.place for one in told.persons]).reshape(-1, 2))
+        off = level_distances(truths.trunk, places_of(scene, pose, told.persons))
         off[:, ~truths.is_seen] = np.inf
         off[off > REACH_M] = np.nan
         wanted = np.flatnonzero(truths.is_wanted)
