@@ -24,9 +24,7 @@ from forests.finder.model import SHIPPED, read_finder, template_scores, tree_sco
 from forests.finder.probes import contour, view_of  # noqa: E402
 from forests.frames import Intrinsics  # noqa: E402
 from pipelines.corpus import Corpus  # noqa: E402
-from pipelines.drawing.files import write_picture  # noqa: E402
-from pipelines.drawing.found import found_picture  # noqa: E402
-from pipelines.metrics.finding import (  # noqa: E402
+from pipelines.corpus.rooms.matching import (  # noqa: E402
     DISTANCES,
     MIN_VISIBLE,
     floor_of,
@@ -34,6 +32,8 @@ from pipelines.metrics.finding import (  # noqa: E402
     recall_at,
     truths_of,
 )
+from pipelines.drawing.files import write_picture  # noqa: E402
+from pipelines.drawing.found import found_picture  # noqa: E402
 from synth.vocabulary import SCENE_CODE  # noqa: E402
 
 FALSE_PER_FRAME = 0.1

@@ -14,6 +14,8 @@ _Result = TypeVar("_Result")
 FACT_LIMIT = 2000
 """Greatest value of a fact in `Hints`."""
 MOST_FACTS = 256
+OMITTED_IF_DEFAULT = {"is_omitted_if_default": True}
+"""Of a dataclass' field: JSON of the dataclass lacks it where it has its default, as in files of earlier versions."""
 
 
 class Pinhole(Protocol):
@@ -52,23 +54,27 @@ class Intrinsics:
 
 @dataclass(frozen=True)
 class LabelTable:
-    """What the numbers in a label image mean: 0 background, then the body parts, then the occluder classes.
+    """What the numbers in a label image mean: 0 background, the body parts, the occluder classes, the surroundings.
 
     Attributes:
         parts: Names of the labels 1..n_parts.
         occluders: Names of the labels n_parts+1..n_parts+n_occluders.
         joints: Names of the joints, in the order of every joint array.
+        surroundings: Names of the labels after these: floor, walls, other people. They tell nothing of the person, and
+            vote for no joint.
     """
 
     parts: tuple[str, ...]
     occluders: tuple[str, ...]
     joints: tuple[str, ...]
+    surroundings: tuple[str, ...] = field(default=(), metadata=OMITTED_IF_DEFAULT)
 
     def __post_init__(self) -> None:
         if not self.parts or not self.joints:
             raise ValueError("a label table needs at least one body part and one joint")
-        if len(self.parts) + len(self.occluders) > 254:
-            raise ValueError(f"{len(self.parts)} parts and {len(self.occluders)} occluders exceed 254 labels")
+        n_others = len(self.occluders) + len(self.surroundings)
+        if len(self.parts) + n_others > 254:
+            raise ValueError(f"{len(self.parts)} parts and {n_others} occluders exceed 254 labels")
 
     @property
     def n_parts(self) -> int:
@@ -78,7 +84,7 @@ class LabelTable:
     @property
     def n_labels(self) -> int:
         """Number of labels, the background not counted."""
-        return len(self.parts) + len(self.occluders)
+        return len(self.parts) + len(self.occluders) + len(self.surroundings)
 
     @property
     def n_joints(self) -> int:
@@ -125,6 +131,7 @@ class DepthFrame:
         is_occluded: (n_joints,) bool, an object hides the joint.
         camera: Intrinsics.
         hints: What trees are told of it beside depth; None but in experiments.
+        box: Upper-body box of a detector: left, top, right, bottom [px]; None = that of the true joints is used.
     """
 
     depth: NDArray[np.uint16]
@@ -135,6 +142,7 @@ class DepthFrame:
     is_occluded: NDArray[np.bool_]
     camera: Pinhole
     hints: Hints | None = None
+    box: tuple[float, float, float, float] | None = None
 
 
 class FrameSequence(Protocol):

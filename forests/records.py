@@ -9,8 +9,12 @@ T = TypeVar("T")
 
 
 def to_json(record: Any) -> dict[str, Any]:
-    """A dataclass as JSON values."""
-    return {item.name: _plain(getattr(record, item.name)) for item in dataclasses.fields(record)}
+    """A dataclass as JSON values; fields that say so are left out where they have their default."""
+    return {
+        item.name: _plain(getattr(record, item.name))
+        for item in dataclasses.fields(record)
+        if not (item.metadata.get("is_omitted_if_default") and getattr(record, item.name) == item.default)
+    }
 
 
 def _plain(value: Any) -> Any:

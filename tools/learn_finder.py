@@ -28,7 +28,7 @@ from forests.finder.model import (
 )
 from forests.finder.probes import FINE, contour, features_at, view_of
 from pipelines.corpus import Corpus
-from pipelines.metrics.finding import floor_of, judge_axes, level_distances, recall_at, truths_of
+from pipelines.corpus.rooms.matching import floor_of, judge_axes, level_distances, recall_at, truths_of
 from synth.frame import RoomFrame
 
 INNER_M, SIDE_M, BAND_M = 0.3, 0.1, 0.1

@@ -11,15 +11,17 @@ from forests.oarf.config import Mode
 
 @dataclass(frozen=True)
 class ClassTable:
-    """Classes of one mode: the body parts first, then the occluders.
+    """Classes of one mode: the body parts first, then the occluders, then the surroundings.
 
     Attributes:
         names: By class.
         n_parts: The first so many classes are body parts.
+        n_silent: The last so many classes are surroundings, which vote for no joint.
     """
 
     names: tuple[str, ...]
     n_parts: int
+    n_silent: int = 0
 
     @classmethod
     def of(cls, labels: LabelTable, mode: Mode) -> "ClassTable":
@@ -27,7 +29,8 @@ class ClassTable:
         occluders = {"baseline": (), "occluders": ("occluder",), "semantic": labels.occluders}[mode]
         if not labels.occluders:
             occluders = ()
-        return cls((*labels.parts, *occluders), labels.n_parts)
+        silent = () if mode == "baseline" else labels.surroundings
+        return cls((*labels.parts, *occluders, *silent), labels.n_parts, len(silent))
 
     @property
     def n_classes(self) -> int:
@@ -37,4 +40,11 @@ class ClassTable:
     def of_label(self, labels: LabelTable) -> NDArray[np.uint8]:
         """(n_labels + 1,) uint8: class by label; index with an array of labels above 0."""
         lookup = np.arange(-1, labels.n_labels, dtype=np.int16)
-        return np.clip(lookup, 0, self.n_classes - 1).astype(np.uint8)
+        if not self.n_silent:
+            return np.clip(lookup, 0, self.n_classes - 1).astype(np.uint8)
+        n_voting = self.n_classes - self.n_silent
+        first_silent = labels.n_labels - len(labels.surroundings)
+        lookup = np.where(
+            lookup < first_silent, np.clip(lookup, 0, n_voting - 1), lookup - first_silent + n_voting
+        )
+        return lookup.astype(np.uint8)

@@ -28,12 +28,13 @@ class _Seen(NamedTuple):
     """What mean shift at the leaves reads, the same for all of them.
 
     `is_known` (n_frames, n_joints + 1) says which joints a frame knows; the last column is true throughout. `facing`
-    is (n_frames, 2), or (0, 2) where headings are not learned.
+    is (n_frames, 2), or (0, 2) where headings are not learned. `layer` is 0 of body samples, 1 of occluder samples, and
+    2 of those that vote for nothing.
     """
 
     points: NDArray[np.float32]
     frame: NDArray[np.int32]
-    is_occluder: NDArray[np.bool_]
+    layer: NDArray[np.uint8]
     joints: NDArray[np.float32]
     is_known: NDArray[np.bool_]
     facing: NDArray[np.float32]
@@ -51,6 +52,7 @@ class LeafRules(NamedTuple):
         tree: The tree's number.
         n_drawn: Samples of a leaf and layer that are looked at, at most.
         n_starts: Samples of these that climb, at most.
+        n_silent: The last so many classes vote for nothing.
     """
 
     n_classes: int
@@ -61,6 +63,7 @@ class LeafRules(NamedTuple):
     tree: int
     n_drawn: int = N_DRAWN
     n_starts: int = N_STARTS
+    n_silent: int = 0
 
 
 def leaf_table(
@@ -75,7 +78,8 @@ def leaf_table(
     """Learns the leaves of a tree (equations 5 and 8).
 
     Mean shift runs on the offsets from samples to a joint, in each leaf on those of body samples and on those of
-    occluder samples for themselves.
+    occluder samples for themselves. Samples of surroundings vote for nothing, but count: a leaf that holds many of them
+    says little.
 
     A sample votes for the joints that its frame knows. The rest of a leaf's samples are taken to be like them: a
     mode's weight is the share of the leaf's samples that know the joint, of both layers, that climb to it. So a
@@ -100,7 +104,8 @@ def leaf_table(
     n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if rules.n_classes == rules.n_parts else 2
     shape = (n_leaves, n_layers, training.joints.shape[1], rules.n_leaf_votes)
     vote, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
-    seen = _seen(training, classes >= rules.n_parts, facing)
+    layers = (classes >= rules.n_parts).astype(np.uint8) + (classes >= rules.n_classes - rules.n_silent)
+    seen = _seen(training, layers.astype(np.uint8), facing)
     faced = np.zeros((*shape, 2) if facing is not None else (0, 0, 0, 0, 2), np.float32)
 
     def run(first: int) -> int:
@@ -138,12 +143,12 @@ def regrouped(nodes: NDArray, n_leaves: int, leaf: NDArray[np.int32], is_kept: N
     return GrownTree(nodes, start, kept[np.argsort(leaf[kept], kind="stable")])
 
 
-def _seen(training: TrainingSet, is_occluder: NDArray[np.bool_], facing: NDArray[np.float32] | None) -> _Seen:
+def _seen(training: TrainingSet, layer: NDArray[np.uint8], facing: NDArray[np.float32] | None) -> _Seen:
     everybody = np.ones((len(training.joints), 1), np.bool_)
     known = np.hstack([is_known(training.joints), everybody])
     samples = training.samples
     faced = np.empty((0, 2), np.float32) if facing is None else facing
-    return _Seen(samples.points(training.crops), samples.frame, is_occluder, training.joints, known, faced)
+    return _Seen(samples.points(training.crops), samples.frame, layer, training.joints, known, faced)
 
 
 def _check(classes: NDArray[np.uint8], grown: GrownTree, rules: LeafRules, n_threads: int) -> None:
@@ -232,7 +237,7 @@ def _draw(
     n_of_layer, n_of_all = 0, 0
     for s in members:
         n_of_all += seen.is_known[seen.frame[s], column]
-        n_of_layer += seen.is_known[seen.frame[s], column] and seen.is_occluder[s] == (layer == 1)
+        n_of_layer += seen.is_known[seen.frame[s], column] and seen.layer[s] == layer
     if n_of_layer == 0:
         return 0, 0.0
     n = min(n_of_layer, len(drawn))
@@ -240,7 +245,7 @@ def _draw(
     k, number = 0, 0
     place = np.int64(splitmix64(key) % np.uint64(n_of_layer // n))
     for s in members:
-        if seen.is_occluder[s] != (layer == 1) or not seen.is_known[seen.frame[s], column]:
+        if seen.layer[s] != layer or not seen.is_known[seen.frame[s], column]:
             continue
         if number == place:
             drawn[k] = s

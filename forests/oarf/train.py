@@ -115,6 +115,7 @@ class _Learner:
             config.n_leaf_votes,
             config.seed,
             tree,
+            n_silent=self.classes.n_silent,
         )
         facing = facings_of(training.joints, self.frames.labels.joints) if config.learn_skeleton else None
         return pack_leaves(leaf_table(training, self.wanted, grown, rules, self.n_threads, facing=facing))

@@ -30,11 +30,13 @@ Question = Literal[
     "frames",
     "trees",
     "pixels",
+    "rooms",
 ]
 """What else can be asked: does the gain need the relation of object and pose; is it larger among tables and
 laptops alone; does it hold for a class of objects that was never seen; under a noisy sensor; on recorded poses
 and other people's objects; what do whole skeletons gain; what would the truth gain of what hides the person, or
-of the person; how does it grow with training frames, trees, voting pixels."""
+of the person; how does it grow with training frames, trees, voting pixels; what is lost in rooms with several people
+whom a finder finds."""
 
 Told = Literal["mask", "classes", "heading", "posture", "size", "predicted"]
 """What the question oracles tells trees beside depth. mask: by pixel, nothing, the person or an object; classes: the
@@ -100,7 +102,7 @@ class AblationConfig:
         questions: Further questions to answer.
         n_question_seeds: Number of trainings for each condition of a question, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
-        noisy_sensor: Sensor model of the question sensor.
+        noisy_sensor: Sensor model of the questions sensor and rooms.
         test_poses: Library of poses for the question imported, made by `undergrowth import mocap`.
         test_objects: Library of objects for the question imported, made by `undergrowth import meshes`.
         frame_counts: Numbers of training frames for the question frames. Each condition uses the first frames of

@@ -90,13 +90,13 @@ def _condition_document(condition: Condition, config: AblationConfig, folder: Re
 def _compared(
     condition: Condition, answers: Mapping[str, list[Results]], resampling: Resampling, folder: ResultsFolder
 ) -> dict[str, dict]:
-    """Differences from other conditions, by "method - method told NAME"."""
+    """Differences from other conditions, by "method - method NAME"."""
     documents = {}
     for name, jobs in condition.compared:
         for row, here in answers.items():
             there = [read_results(folder.rows(job))[0][0] for job in jobs if job.training.row == row]
             pairs = list(zip(here, there, strict=False))
-            documents[f"{row} - {row} told {name}"] = pair_document(pairs, resampling)
+            documents[f"{row} - {row} {name}"] = pair_document(pairs, resampling)
     return documents
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from forests.frames import FACT_LIMIT, DepthFrame, FrameSequence, Hints, LabelTable
 from pipelines.ablate.config import Told
 from pipelines.corpus import Corpus
+from pipelines.corpus.rooms.views import PeopleFrames
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 from synth.vocabulary import JOINT_NAMES
@@ -46,9 +47,17 @@ class HintedFrames:
         return replace(frame, hints=hints)
 
 
-def frames_told(frames: CorpusFrames, told: Told | None) -> FrameSequence:
-    """Frames of which a truth is told beside depth, if any is: what is predicted, the model predicts itself."""
-    return frames if told is None or told not in _TRUTHS else HintedFrames(frames, told)
+def frames_told(frames: CorpusFrames | PeopleFrames, told: Told | None) -> FrameSequence:
+    """Frames of which a truth is told beside depth, if any is: what is predicted, the model predicts itself.
+
+    Raises:
+        CorpusError: Truths are to be told of people in rooms.
+    """
+    if told is None or told not in _TRUTHS:
+        return frames
+    if isinstance(frames, PeopleFrames):
+        raise CorpusError(f"{frames.corpus.path} holds whole scenes, of which no truths are told")
+    return HintedFrames(frames, told)
 
 
 def _mask(corpus: Corpus, number: int, frame: DepthFrame) -> Hints:

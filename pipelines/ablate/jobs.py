@@ -11,6 +11,7 @@ from pipelines.ablate.config import CorpusConfig, Told
 from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
+from pipelines.corpus.rooms.views import Place
 from pipelines.errors import UserError
 from pipelines.models.kinds import VARIANTS, ModelConfig, ModelKind
 from pipelines.spread import evenly_spread
@@ -18,6 +19,7 @@ from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
 
 _HINTS_SOURCE = "pipelines/ablate/hints.py"
+_ROOMS_SOURCE = "pipelines/corpus/rooms"
 _SCORING_SOURCES = ("pipelines/corpus", "pipelines/metrics", "pipelines/models/asking.py")
 
 
@@ -101,6 +103,11 @@ class Selection:
         return numbers
 
 
+def _of_rooms(place: Place | None) -> tuple[Place, ...]:
+    """What keys hold of it: nothing of single people, whose keys do not know of rooms."""
+    return () if place is None else (place,)
+
+
 def _shows(corpus: Corpus, index: int, class_name: str) -> bool:
     objects = corpus.info(index).objects
     return any(item.class_name == class_name and item.visible_fraction > 0 for item in objects)
@@ -118,6 +125,7 @@ class TrainingJob:
         val: Frames to tune on.
         sensor: Sensor model of both.
         told: What the trees are told of every frame beside its depth, in scoring too.
+        place: Where the people of rooms are cut out; None for a corpus of single people.
     """
 
     row: str
@@ -127,6 +135,7 @@ class TrainingJob:
     val: Selection
     sensor: str | None = None
     told: Told | None = None
+    place: Place | None = None
 
     @property
     def kind(self) -> ModelKind:
@@ -136,12 +145,13 @@ class TrainingJob:
     @functools.cached_property
     def key(self) -> str:
         """Digest of the model."""
-        frames = (self.corpus.source_key, self.train, self.val, self.sensor, self.told)
+        frames = (self.corpus.source_key, self.train, self.val, self.sensor, self.told, *_of_rooms(self.place))
         return digest_of("model", self.kind.name, self.config, frames, versions(), self._sources)
 
     @property
     def _sources(self) -> str:
-        return sources_digest("forests", *(() if self.told is None else (_HINTS_SOURCE,)))
+        more = (() if self.told is None else (_HINTS_SOURCE,)) + (() if self.place is None else (_ROOMS_SOURCE,))
+        return sources_digest("forests", *more)
 
     @property
     def name(self) -> str:
@@ -160,6 +170,7 @@ class ScoringJob:
         sensor: Sensor model of them.
         n_trees: The first so many trees are asked; 0 = all.
         n_pixels: Pixels that vote; 0 = as trained.
+        place: Where the people of rooms are cut out; None for a corpus of single people.
     """
 
     training: TrainingJob
@@ -168,11 +179,19 @@ class ScoringJob:
     sensor: str | None = None
     n_trees: int = 0
     n_pixels: int = 0
+    place: Place | None = None
 
     @functools.cached_property
     def key(self) -> str:
         """Digest of the rows."""
-        asked = (self.corpus.source_key, self.test, self.sensor, self.n_trees, self.n_pixels)
+        asked = (
+            self.corpus.source_key,
+            self.test,
+            self.sensor,
+            self.n_trees,
+            self.n_pixels,
+            *_of_rooms(self.place),
+        )
         return digest_of("rows", self.training.key, asked, sources_digest(*_SCORING_SOURCES))
 
     @property

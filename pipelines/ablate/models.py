@@ -61,7 +61,9 @@ def _context_tools() -> Tools:
 
 
 def read_contestant(job: ScoringJob, path: Path) -> Contestant:
-    """A job's model as it is asked; pixels are labelled by forests that are asked as they were trained, of depth alone.
+    """A job's model as it is asked.
+
+    Pixels are labelled by forests that are asked as they were trained, of depth alone and of single people.
 
     Args:
         job: With how many trees and voting pixels it is asked.
@@ -71,7 +73,7 @@ def read_contestant(job: ScoringJob, path: Path) -> Contestant:
         UserError: The file is damaged.
     """
     contestant = replace(open_model(path, is_told=job.training.told is not None)[0], method=job.training.row)
-    if job.training.told is not None:
+    if job.training.told is not None or job.place is not None:
         return replace(contestant, labeller=None)
     if not (job.n_trees or job.n_pixels):
         return contestant

@@ -7,11 +7,15 @@ from typing import Any, TypeVar, get_args
 from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question, Told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
+from pipelines.corpus.rooms.views import Place
 from pipelines.models.kinds import VARIANTS, ModelConfig
 from synth.scene.config import SceneWeights
+from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
 
 _ORACLES_COMPARED: Mapping[Told | None, tuple[Told | None, ...]] = {"classes": (None, "mask")}
 """What a truth is compared with, beside others nothing alone: the mask is what classes tell without names."""
+ROOM_PEOPLE = (1, 4)
+"""People in a frame of the question rooms."""
 Setting = str | int | bool | None
 """A condition's value of what its question varies."""
 _Job = TypeVar("_Job", CorpusJob, TrainingJob, ScoringJob)
@@ -209,7 +213,7 @@ def _ask_oracles(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
         settings = {"told": truth or "nothing"}
         condition = _condition(config, "oracles", settings, {"told": truth}, rows=("semantic",))
         others = [name for name in _ORACLES_COMPARED.get(truth, (None,)) if name in scorings]
-        yield replace(condition, compared=tuple((name or "nothing", scorings[name]) for name in others))
+        yield replace(condition, compared=tuple((f"told {name or 'nothing'}", scorings[name]) for name in others))
         scorings[truth] = condition.scorings
 
 
@@ -230,6 +234,30 @@ def _ask_pixels(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
         yield _condition(config, "pixels", {"n_voting_pixels": count}, asked={"n_pixels": n_pixels})
 
 
+def _ask_rooms(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
+    """The same people of the same rooms, with the noise of a sensor: cut out by their true masks, and in the room.
+
+    Forests learn as they are asked, but that in the room they learn from places as far off as a finder's, and are asked
+    at the true places and at those that the finder finds.
+    """
+    kinds = RoomWeights(living=1.0, office=1.0, hall=1.0)
+    scene = replace(config.corpus.scene, room=RoomConfig(kinds=kinds), people=PeopleConfig(number=ROOM_PEOPLE))
+    corpus = CorpusJob(replace(config.corpus, scene=scene))
+    places: tuple[tuple[str, Place, Place], ...] = (
+        ("cut out", "mask", "mask"),
+        ("in the room", "near", "true"),
+        ("in the room", "near", "found"),
+    )
+    cut_outs: tuple[tuple[str, tuple[ScoringJob, ...]], ...] = ()
+    for image, in_training, in_test in places:
+        settings = {"people": image, "box": "found" if in_test == "found" else "true"}
+        alike = {"corpus": corpus, "sensor": config.noisy_sensor}
+        training, asked = alike | {"place": in_training}, alike | {"place": in_test}
+        condition = _condition(config, "rooms", settings, training, asked, config.rows)
+        yield replace(condition, compared=cut_outs)
+        cut_outs = cut_outs or (("cut out", condition.scorings),)
+
+
 QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Condition]]] = {
     "context": _ask_context,
     "paper_scenes": _ask_paper_scenes,
@@ -241,4 +269,5 @@ QUESTIONS: dict[Question, Callable[[AblationConfig, Libraries], Iterator[Conditi
     "frames": _ask_frames,
     "trees": _ask_trees,
     "pixels": _ask_pixels,
+    "rooms": _ask_rooms,
 }

@@ -15,11 +15,13 @@ from forests.estimate import JointPredictor
 from forests.modelfile import read_model
 from forests.records import to_json
 from pipelines.corpus.header import software_versions
-from pipelines.corpus.joined import JoinedFrames, digests_of, open_corpora, sensors_of
+from pipelines.corpus.joined import JoinedFrames, digests_of, frames_of, open_corpora, sensors_of
 from pipelines.corpus.read import Corpus
+from pipelines.corpus.rooms.views import PeopleFrames
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
-from pipelines.metrics import errors, read_truths
+from pipelines.metrics import errors
+from pipelines.metrics.truths import truths_of_frames
 from pipelines.models.asking import contestant_of, predict_frames
 from pipelines.models.kinds import KINDS, ModelKind
 from pipelines.models.training import n_finished_trees, partial_folder, train_into
@@ -38,7 +40,8 @@ class TrainSettings:
     """The settings of training that all kinds of models share; `settings_of` adds those of the kind.
 
     Attributes:
-        corpora: Folders of the corpora. The model is trained on the frames of all of them together.
+        corpora: Folders of the corpora. The model is trained on the frames of all of them together; of rooms, on
+            everybody in them who is 1 to 5 m away and at least a quarter visible.
         out: File of the model.
         config: TOML file with any of these settings. Settings given on the command line override it.
         sensor: Name of a sensor model whose noise is added to the depth of generated frames. "random" adds that of
@@ -78,6 +81,9 @@ class TrainSettings:
         """Trains the model and writes it."""
         check_file(self.out, read_model, self.overwrite)
         corpora = open_corpora(self.corpora)
+        rooms = [str(corpus.path) for corpus in corpora if corpus.header.has_rooms]
+        if rooms and not self.kind.learns_rooms:
+            raise UserError(f"a {self.kind.title} learns from frames of one person; {rooms[0]} holds whole scenes")
         frames, validation = (self._frames(corpora, split) for split in ("train", "val"))
         for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.kind, self.model)):
             log.info("%s", line)
@@ -94,9 +100,9 @@ class TrainSettings:
         pairs = zip(corpora, sensors_of(corpora, self.sensor), strict=True)
         return JoinedFrames(tuple(self._chosen(corpus, split, sensor) for corpus, sensor in pairs))
 
-    def _chosen(self, corpus: Corpus, split: str, sensor: str | None) -> CorpusFrames:
+    def _chosen(self, corpus: Corpus, split: str, sensor: str | None) -> CorpusFrames | PeopleFrames:
         numbers = corpus.split(split)
-        return CorpusFrames(corpus, numbers[at_most(len(numbers), self.max_frames)], sensor)
+        return frames_of(corpus, numbers[at_most(len(numbers), self.max_frames)], sensor)
 
     def _train(
         self, corpora: Sequence[Corpus], frames: JoinedFrames, validation: JoinedFrames
@@ -173,7 +179,8 @@ def settings_of(name: str) -> type[TrainSettings]:
 def _told(frames: JoinedFrames, validation: JoinedFrames, sensor: str | None) -> Iterator[str]:
     """What is learned from, in sentences."""
     for train, val in zip(frames.parts, validation.parts, strict=True):
-        yield f"training on {len(train)} frames of {train.corpus.path}, tuning on {len(val)}"
+        what = "people in rooms" if isinstance(train, PeopleFrames) else "frames"
+        yield f"training on {len(train)} {what} of {train.corpus.path}, tuning on {len(val)}"
     if measured := [str(part.corpus.path) for part in frames.parts if part.sensor != sensor]:
         noise = "random sensors" if sensor == "random" else sensor
         yield f"the noise of {noise} is not added to the recorded frames of {', '.join(measured)}"
@@ -193,19 +200,20 @@ def _lacking(frames: JoinedFrames, kind: ModelKind, config: Any) -> Iterator[str
 
 
 def _shows_objects(frames: JoinedFrames) -> bool:
-    return any(part.corpus.info(int(number)).objects for part in frames.parts for number in part.indices)
+    return any(part.corpus.record(int(number)).objects for part in frames.parts for number in part.indices)
 
 
-def _joints_told(frames: CorpusFrames) -> NDArray[np.bool_]:
+def _joints_told(frames: CorpusFrames | PeopleFrames) -> NDArray[np.bool_]:
     """(n_joints,) bool, which joints any training frame of a corpus tells."""
     if not len(frames):
-        raise UserError(f"{frames.corpus.path} has no frames of the split train")
+        what = "nobody to learn from in" if isinstance(frames, PeopleFrames) else "no frames of"
+        raise UserError(f"{frames.corpus.path} has {what} the split train")
     is_told: NDArray[np.bool_] = frames.corpus.arrays("joint_state", frames.indices) != JointState.UNKNOWN
     if not is_told.any():
         raise UserError(
             f"{frames.corpus.path} cannot be used for training: no joint is known in its training frames"
         )
-    return np.asarray(is_told.any(axis=0))
+    return np.asarray(is_told.reshape(-1, is_told.shape[-1]).any(axis=0))
 
 
 def _scores(predictor: JointPredictor, validation: JoinedFrames, n_threads: int) -> dict[str, float] | None:
@@ -213,7 +221,7 @@ def _scores(predictor: JointPredictor, validation: JoinedFrames, n_threads: int)
     contestant = replace(contestant_of("trained", predictor), labeller=None)
     of_corpora = [np.empty(0)]
     for part in filter(len, validation.parts):
-        results, _ = predict_frames(contestant, part, read_truths(part.corpus, part.indices), n_threads)
+        results, _ = predict_frames(contestant, part, truths_of_frames(part), n_threads)
         of_corpora.append(errors(results).ravel())
     error = np.concatenate(of_corpora)
     error = error[~np.isnan(error)]

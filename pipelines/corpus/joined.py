@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forests.frames import DepthFrame, LabelTable
 from pipelines.corpus.read import Corpus
+from pipelines.corpus.rooms.views import PeopleFrames, people_of
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 
@@ -17,10 +19,10 @@ class JoinedFrames:
     """Frames of several corpora, one corpus after the other; image sizes and cameras may differ.
 
     Attributes:
-        parts: Frames of each corpus.
+        parts: Frames of each corpus; of rooms, the people.
     """
 
-    parts: tuple[CorpusFrames, ...]
+    parts: tuple[CorpusFrames | PeopleFrames, ...]
 
     @property
     def labels(self) -> LabelTable:
@@ -42,18 +44,28 @@ def open_corpora(paths: Sequence[Path]) -> tuple[Corpus, ...]:
     """Opens corpora, in the order given.
 
     Raises:
-        CorpusError: One of them cannot be opened or holds whole scenes, or two are the same.
+        CorpusError: One of them cannot be opened, or two are the same.
     """
     corpora = tuple(map(Corpus.open, paths))
-    for corpus in corpora:
-        if corpus.header.has_rooms:
-            raise CorpusError(f"{corpus.path} holds whole scenes; models learn from frames of one person")
     first: dict[str, Path] = {}
     for corpus in corpora:
         other = first.setdefault(corpus.digest, corpus.path)
         if other is not corpus.path:
             raise CorpusError(f"{other} and {corpus.path} are the same corpus; give it only once")
     return corpora
+
+
+def frames_of(corpus: Corpus, numbers: NDArray[np.int64], sensor: str | None) -> CorpusFrames | PeopleFrames:
+    """Frames of a corpus as models learn from them: of rooms, everybody in them who ought to be found.
+
+    Args:
+        corpus: An open corpus.
+        numbers: (n,) frame numbers.
+        sensor: Sensor model for the composite's depth; None = clean.
+    """
+    if corpus.header.has_rooms:
+        return PeopleFrames(corpus, people_of(corpus, numbers), sensor)
+    return CorpusFrames(corpus, numbers, sensor)
 
 
 def digests_of(corpora: Sequence[Corpus]) -> str | list[str]:

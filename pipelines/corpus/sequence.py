@@ -39,9 +39,7 @@ class CorpusFrames:
 
     def __post_init__(self) -> None:
         if self.corpus.header.has_rooms:
-            raise CorpusError(
-                f"{self.corpus.path} holds whole scenes; models learn from and are scored on frames of one person"
-            )
+            raise CorpusError(f"{self.corpus.path} holds whole scenes; models are scored on frames of one person")
 
     @property
     def labels(self) -> LabelTable:

@@ -6,12 +6,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.corpus import Corpus
+from pipelines.corpus.rooms.views import PeopleFrames
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.metrics.results import Truths
 from synth.render.labels import JOINT_RADIUS
-from synth.vocabulary import JOINT_NAMES, OCCLUDER_CLASSES, OCCLUDER_CODE, JointState
+from synth.vocabulary import JOINT_NAMES, MAX_PEOPLE, OCCLUDER_CLASSES, OCCLUDER_CODE, JointState
 
 _NECK, _HIPS = JOINT_NAMES.index("neck"), [JOINT_NAMES.index("r_hip"), JOINT_NAMES.index("l_hip")]
 _CHUNK = 64
+
+
+def truths_of_frames(frames: CorpusFrames | PeopleFrames) -> Truths:
+    """Reads what is true in frames of a corpus of either kind."""
+    if isinstance(frames, PeopleFrames):
+        return _truths_of_people(frames)
+    return read_truths(frames.corpus, frames.indices)
+
+
+def _truths_of_people(frames: PeopleFrames) -> Truths:
+    """A row a person. Who is hidden by another person counts as occluded; classes of what hides are not told."""
+    corpus, (numbers, k) = frames.corpus, frames.people.T
+    records = [corpus.scene_record(int(number)) for number in numbers]
+    people = [record.people[i] for record, i in zip(records, k.tolist(), strict=True)]
+    families = tuple(sorted({person.activity for person in people}))
+    row = np.arange(len(numbers))
+    xyz, state = corpus.arrays("joints", numbers)[row, k], corpus.arrays("joint_state", numbers)[row, k]
+    intrinsics = corpus.arrays("intrinsics", numbers)
+    seen = [{item.class_name for item in record.objects if item.visible_fraction > 0} for record in records]
+    classes = [sum(1 << OCCLUDER_CODE[name] for name in names if name in OCCLUDER_CODE) for names in seen]
+    return Truths(
+        joints=JOINT_NAMES,
+        occluders=OCCLUDER_CLASSES,
+        families=families,
+        frame=numbers * MAX_PEOPLE + k,
+        intrinsics=intrinsics,
+        upper_body_px=upper_body_px(xyz, intrinsics),
+        visible_fraction=np.array([person.visible_fraction for person in people], np.float32),
+        family=np.array([families.index(person.activity) for person in people], np.uint8),
+        object_classes=np.array(classes, np.uint16),
+        xyz=xyz,
+        state=np.where(state == JointState.OCCLUDED_BY_PERSON, JointState.OCCLUDED, state).astype(np.uint8),
+        hiding_class=np.zeros(state.shape, np.uint8),
+    )
 
 
 def read_truths(corpus: Corpus, indices: NDArray[np.int64]) -> Truths:

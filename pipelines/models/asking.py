@@ -127,7 +127,7 @@ def _ask(contestant: Contestant, frames: FrameSequence, place: int) -> _Answer:
     frame = frames[place]
     if frame.hints is not None:
         contestant = _told(contestant, frame.hints)
-    box = _true_box(contestant, frame)
+    box = _detected_box(contestant, frame)
     begun = time.thread_time()
     estimate = contestant.predictor.predict(frame.depth, frame.camera, box)
     seconds = time.thread_time() - begun
@@ -151,10 +151,12 @@ def _told(contestant: Contestant, hints: Hints) -> Contestant:
     return replace(contestant, predictor=predictor, labeller=contestant.labeller and predictor)
 
 
-def _true_box(contestant: Contestant, frame: DepthFrame) -> Box | None:
-    """The box that a perfect detector would give the model: of those of its joints that are known."""
+def _detected_box(contestant: Contestant, frame: DepthFrame) -> Box | None:
+    """The box of the frame's detector, else that which a perfect one would give: of its joints that are known."""
     if not contestant.box_joints:
         return None
+    if frame.box is not None:
+        return frame.box
     at = [JOINT_NAMES.index(name) for name in contestant.box_joints]
     return upper_body_box(frame.joints[at], frame.camera)
 
@@ -178,4 +180,5 @@ def _confusion(
     if contestant.labeller is None or counts is None:
         return None
     labels = frames.labels
-    return Confusion(counts, (*labels.parts, *labels.occluders), contestant.labeller.classes, labels.n_parts)
+    names = (*labels.parts, *labels.occluders, *labels.surroundings)
+    return Confusion(counts, names, contestant.labeller.classes, labels.n_parts)

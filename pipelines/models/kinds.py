@@ -93,6 +93,7 @@ class ModelKind:
         reduced: The model with its first trees and other voting pixels alone, 0 = as trained; None: it has none.
         piece: What an interrupted training goes on after.
         needs_threads: Whether the model depends on the number of threads.
+        learns_rooms: Whether it can learn from people in whole scenes.
     """
 
     name: str
@@ -106,6 +107,7 @@ class ModelKind:
     reduced: Callable[[JointPredictor, int, int], JointPredictor] | None = None
     piece: str = "tree"
     needs_threads: bool = False
+    learns_rooms: bool = True
 
 
 def _oarf_config() -> type:
@@ -259,6 +261,7 @@ KINDS: Mapping[str, ModelKind] = {
             describe=lambda config: Description((), ()),
             piece="epoch",
             needs_threads=True,
+            learns_rooms=False,
         ),
     )
 }

@@ -19,6 +19,7 @@ _TITLES: Mapping[str, str] = {
     "frames": "How do the scores grow with training frames?",
     "trees": "How do the scores grow with trees?",
     "pixels": "How do the scores grow with voting pixels?",
+    "rooms": "What is lost in rooms with several people, whom a finder finds?",
 }
 _SETTINGS: Mapping[str, str] = {
     "is_context_kept": "relation kept",
@@ -31,6 +32,8 @@ _SETTINGS: Mapping[str, str] = {
     "n_train_frames": "training frames",
     "n_trees": "trees",
     "n_voting_pixels": "voting pixels",
+    "people": "people are",
+    "box": "box",
 }
 _NOTES: Mapping[str, str] = {
     "imported": "The forests are those of the main table, all trainings of them, and learned from procedural "

@@ -120,6 +120,7 @@ VARIED = {
     "frames": {"training.train.n"},
     "trees": {"n_trees"},
     "pixels": {"n_pixels"},
+    "rooms": {"training.place", "place"},
 }
 
 
@@ -144,7 +145,7 @@ def test_conditions_of_a_question_differ_in_what_it_asks_alone(question):
     assert len({condition.settings for condition in conditions}) == len(conditions)
 
 
-@pytest.mark.parametrize("question", sorted(set(QUESTIONS) - {"unseen_class"}))
+@pytest.mark.parametrize("question", sorted(set(QUESTIONS) - {"unseen_class", "rooms"}))
 def test_a_question_uses_work_of_the_main_table_again(question):
     main, *conditions = make_plan(replace(CONFIG, questions=(question,)), LIBRARIES).conditions
     known = {job.key for job in main.scorings}
@@ -157,11 +158,26 @@ def test_oracles_are_compared_with_a_forest_that_is_told_nothing_and_names_with_
     by_truth = {condition.settings[0][1]: condition for condition in conditions}
     compared = {truth: [name for name, _ in condition.compared] for truth, condition in by_truth.items()}
     assert compared["nothing"] == []
-    assert compared["classes"] == ["nothing", "mask"]
-    assert all(names == ["nothing"] for truth, names in compared.items() if truth not in ("nothing", "classes"))
+    assert compared["classes"] == ["told nothing", "told mask"]
+    assert all(
+        names == ["told nothing"] for truth, names in compared.items() if truth not in ("nothing", "classes")
+    )
     for condition in conditions:
         for name, scorings in condition.compared:
-            assert scorings == by_truth[name].scorings
+            assert scorings == by_truth[name.removeprefix("told ")].scorings
+
+
+def test_people_in_rooms_are_learned_as_they_are_asked_and_compared_with_those_who_are_cut_out():
+    _, *conditions = make_plan(replace(CONFIG, questions=("rooms",))).conditions
+    settings = [tuple(value for _, value in condition.settings) for condition in conditions]
+    assert settings == [("cut out", "true"), ("in the room", "true"), ("in the room", "found")]
+    cut, true, found = conditions
+    assert [job.training.key for job in true.scorings] == [job.training.key for job in found.scorings]
+    assert not {job.training.key for job in true.scorings} & {job.training.key for job in cut.scorings}
+    assert cut.compared == ()
+    assert true.compared == found.compared == (("cut out", cut.scorings),)
+    assert all(job.corpus.scene.room.kinds.hall for job in cut.scorings)
+    assert all(job.sensor == job.training.sensor == CONFIG.noisy_sensor for job in found.scorings)
 
 
 def test_trees_and_pixels_need_no_training():

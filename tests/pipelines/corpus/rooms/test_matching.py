@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipelines.metrics.finding import REACH_M, Truths, judge, judge_axes, level_distances, recall_at
+from pipelines.corpus.rooms.matching import REACH_M, Truths, judge, judge_axes, level_distances, recall_at
 
 
 def truths(*places, wanted=None, seen=None):
