@@ -16,7 +16,7 @@ from forests.frames import Intrinsics
 from nets.heatmap.config import HeatmapConfig
 from nets.heatmap.export import to_onnx as heatmap_to_onnx
 from nets.heatmap.model import N_TERMS, OUTCOMES, HeatmapModel
-from nets.heatmap.network import HeatmapNet
+from nets.heatmap.network import HeatmapNet, Names
 from nets.heatmap.predict import ask_net
 from nets.inputs import crop_inputs, draw, training_inputs
 from nets.modules import to_arrays
@@ -70,7 +70,7 @@ def session_of(graph: bytes) -> onnxruntime.InferenceSession:
 def heat_maps(rng: np.random.Generator) -> None:
     """Prints the figures of the heat map net of default size."""
     config = HeatmapConfig()
-    net, n_joints = HeatmapNet(config, 15), 15
+    net, n_joints = HeatmapNet(config, Names(15)), 15
     images = torch.randn((16, 2, config.view.height, config.view.width))
     net.train()
     learned = per_second(lambda: sum(value.sum() for value in net(images)).backward(), len(images))  # type: ignore[union-attr]

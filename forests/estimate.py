@@ -24,6 +24,8 @@ class JointEstimate:
         camera: Intrinsics, for the projection.
         outside_probability: (n_joints,) float32, calibrated, that the joint is not in the image; NaN if not
             calibrated.
+        self_hidden_probability: (n_joints,) float32, calibrated, that the person's own body hides the joint; NaN if
+            not told.
         heading: Which way the person faces, about the camera's y axis: 0 = towards the camera, pi / 2 = towards the
             image's right [rad]; NaN if not estimated.
         heading_probability: That the heading is right to 75 degrees; NaN if not estimated.
@@ -39,6 +41,7 @@ class JointEstimate:
     spread: NDArray[np.float32]
     camera: Pinhole
     outside_probability: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
+    self_hidden_probability: NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32))
     heading: float = math.nan
     heading_probability: float = math.nan
     alternative: "JointEstimate | None" = None
@@ -46,8 +49,9 @@ class JointEstimate:
     person_probability: float = math.nan
 
     def __post_init__(self) -> None:
-        if not len(self.outside_probability):
-            object.__setattr__(self, "outside_probability", np.full(len(self.spread), np.nan, np.float32))
+        for name in ("outside_probability", "self_hidden_probability"):
+            if not len(getattr(self, name)):
+                object.__setattr__(self, name, np.full(len(self.spread), np.nan, np.float32))
 
     @property
     def joints(self) -> NDArray[np.float32]:

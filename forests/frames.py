@@ -132,6 +132,7 @@ class DepthFrame:
         camera: Intrinsics.
         hints: What trees are told of it beside depth; None but in experiments.
         box: Upper-body box of a detector: left, top, right, bottom [px]; None = that of the true joints is used.
+        is_self_occluded: (n_joints,) bool, another part of the person hides the joint; None = not told.
     """
 
     depth: NDArray[np.uint16]
@@ -143,6 +144,7 @@ class DepthFrame:
     camera: Pinhole
     hints: Hints | None = None
     box: tuple[float, float, float, float] | None = None
+    is_self_occluded: NDArray[np.bool_] | None = None
 
 
 class FrameSequence(Protocol):

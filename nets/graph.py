@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nets.runtime import MissingLibraryError
-from nets.stages import KERNEL, Trunk
+from nets.stages import Trunk
 
 OPSET = 17
 IR_VERSION = 8
@@ -58,7 +58,7 @@ class Graph:
     def convolution(
         self, source: str, weights: Mapping[str, np.ndarray], name: str, padding: int, stride: int = 1
     ) -> str:
-        """Adds a convolution of 3x3, its batch normalisation and ReLU.
+        """Adds a convolution, its batch normalisation and ReLU.
 
         Args:
             source: The input.
@@ -74,7 +74,8 @@ class Graph:
         kernel = self.constant(f"{name}.weight", weights[f"{name}.weight"] * scale[:, None, None, None])
         bias = weights[f"{after}.bias"] - weights[f"{after}.running_mean"] * scale
         inputs = [source, kernel, self.constant(f"{name}.bias", bias)]
-        sides = {"kernel_shape": [KERNEL] * 2, "pads": [padding] * 4, "strides": [stride] * 2}
+        size = weights[f"{name}.weight"].shape[2:]
+        sides = {"kernel_shape": list(size), "pads": [padding] * 4, "strides": [stride] * 2}
         return self.add("Relu", [self.add("Conv", inputs, **sides)])
 
     def pointwise(self, source: str, weights: Mapping[str, np.ndarray], name: str, output: str = "") -> str:

@@ -144,11 +144,13 @@ def training_inputs(
     is_person = kind == PERSON
     kept = torch.where(_column(draws.is_bled), _bled(is_person, draws), is_person)
     is_there &= kept | ~_column(draws.is_cut)
-    moved = relative.to(torch.float32) * 1e-3 + _column(draws.depth_m.astype(np.float32))
+    # What is shown larger is so in depth too.
+    millimetre = _column((1e-3 / draws.scale).astype(np.float32))
+    moved = relative.to(torch.float32) * millimetre + _column(draws.depth_m.astype(np.float32))
     value = (moved / view.reach_m).clamp(-1.0, 1.0)
     value = torch.where(is_there, value, 1.0)
     is_there |= _column(draws.has_wall & ~draws.is_cut)
-    rows, columns = _places(draws, view)
+    rows, columns = shown_pixels(draws, view)
     at = torch.arange(len(relative))[:, None, None]
     value, is_there = value[at, rows, columns], is_there[at, rows, columns]
     lost = torch.rand(value.shape, generator=generator) < _column(draws.hole_share.astype(np.float32))
@@ -171,7 +173,7 @@ def _bled(is_person: Tensor, draws: Draws) -> Tensor:
     return torch.where(_column(draws.grows), is_person | moved, is_person & moved)
 
 
-def _places(draws: Draws, view: View) -> tuple[Tensor, Tensor]:
+def shown_pixels(draws: Draws, view: View) -> tuple[Tensor, Tensor]:
     """(n, height, 1) rows and (n, 1, width) columns of the patch that a crop shows."""
 
     def along(n_pixels: int, n_patch: int, shift: np.ndarray, is_turned: np.ndarray | None) -> np.ndarray:

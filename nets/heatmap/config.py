@@ -10,12 +10,18 @@ HeatCost = Literal["cross_entropy", "mse"]
 """cross_entropy: a map is a distribution over its cells. mse: the squared difference to a bell, as in the deliverable
 of SPENCER, section 4.5."""
 Layer = Literal["composite", "body"]
+Naming = Literal["none", "one_class", "each_class"]
+"""What a net learns to tell of the objects beside the joints: nothing, where they are, or of which class they are."""
 
 VIEW = View(96, 80, 4, 0.024, 0.8)
-STRIDE = 2
+STRIDE = 4
 """Pixels of the input to a cell of a map."""
-SIGMA = 1.2
+SIGMA = 0.7
 """Of the bells in the targets [cells]."""
+CELL_MIDDLE = (STRIDE - 1) / 2.0
+"""Where the middle of the first cell lies in the input [px]."""
+STATES = ("visible", "hidden", "self_hidden", "outside")
+"""What the net tells of a joint: seen; behind an object; behind the person's own body; not in the image."""
 
 
 @dataclass(frozen=True)
@@ -23,9 +29,11 @@ class HeatmapConfig:
     """How a heat map net is trained.
 
     Attributes:
-        channels: Channels at each scale, from 1/2 of the input's size to 1/16.
+        channels: Channels at each scale: 1/4, 1/8 and 1/16 of the input's size.
+        blocks: Residual blocks at each scale.
         heat_cost: What the maps are trained with.
         layer: composite: learn from what the sensor sees; body: from people without the objects.
+        naming: What the net learns to tell of the objects beside the joints.
         n_epochs: How often every frame is seen.
         batch_size: Frames a step.
         learning_rate: The highest learning rate of adamw; it falls along a cosine.
@@ -37,30 +45,37 @@ class HeatmapConfig:
         depth_jitter_m: Standard deviation of the distance that depth is told relative to [m].
         scale_jitter: Patches are shown up to this share larger or smaller.
         depth_weight: Weight of the cost of depths beside that of the maps, by metre.
-        state_weight: Weight of the cost of what is hidden or outside.
+        state_weight: Weight of the cost of joints' states.
+        parts_weight: Weight of the cost of telling the body part in each cell, behind objects too; 0 = not told.
+        naming_weight: Weight of the cost of telling the objects in each cell.
         seed: Seed of all randomness in training.
     """
 
-    channels: tuple[int, ...] = (32, 64, 96, 128)
+    channels: tuple[int, ...] = (48, 96, 160)
+    blocks: tuple[int, ...] = (2, 2, 3)
     heat_cost: HeatCost = "cross_entropy"
     layer: Layer = "composite"
-    n_epochs: int = 30
+    naming: Naming = "none"
+    n_epochs: int = 10
     batch_size: int = 32
-    learning_rate: float = 2e-3
+    learning_rate: float = 3e-3
     weight_decay: float = 0.01
     mirrors: bool = True
     cut_share: float = 0.2
     bleed_share: float = 0.5
     hole_share: float = 0.1
     depth_jitter_m: float = 0.03
-    scale_jitter: float = 0.08
+    scale_jitter: float = 0.1
     depth_weight: float = 5.0
     state_weight: float = 0.3
+    parts_weight: float = 1.0
+    naming_weight: float = 0.5
     seed: int = 0
 
     def __post_init__(self) -> None:
         ranges: dict[str, tuple[float, float]] = {
             "channels": (1, 4096),
+            "blocks": (0, 100),
             "n_epochs": (1, 10_000),
             "batch_size": (2, 10_000),
             "learning_rate": (1e-8, 10.0),
@@ -69,13 +84,19 @@ class HeatmapConfig:
             "scale_jitter": (0.0, 0.5),
             "depth_weight": (0.0, 1000.0),
             "state_weight": (0.0, 1000.0),
+            "parts_weight": (0.0, 1000.0),
+            "naming_weight": (0.0, 1000.0),
             "seed": (0, MAX_SEED),
         }
         check_fields(self, ranges | dict.fromkeys(("cut_share", "bleed_share", "hole_share"), (0.0, 1.0)))
-        if len(self.channels) != 4:
-            raise ValueError(f"channels={list(self.channels)} must be four numbers, one a scale")
+        for name in ("channels", "blocks"):
+            if len(values := getattr(self, name)) != N_SCALES:
+                raise ValueError(f"{name}={list(values)} must be three numbers, one a scale")
 
     @property
     def view(self) -> View:
         """What the net looks at."""
         return VIEW
+
+
+N_SCALES = 3

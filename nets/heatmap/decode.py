@@ -1,4 +1,4 @@
-"""From heat maps to places: the highest peaks, refined within their neighbourhoods."""
+"""From heat maps to places: the neighbourhoods that hold most heat, and where in them it lies."""
 
 from typing import NamedTuple
 
@@ -9,8 +9,14 @@ from numpy.typing import NDArray
 from nets.heatmap.config import HeatCost
 
 N_PEAKS = 3
+NEAR = 1
+"""A peak's neighbourhood reaches so many cells to each side: about as far as a joint may be off."""
 REACH = 2
-"""A peak's neighbourhood reaches so many cells to each side."""
+"""Cells that are so near are asked where exactly the heat lies."""
+WIDTH = 0.9
+"""By weights that fall along a bell of this width [cells]."""
+N_STEPS = 3
+"""And so often from where they say."""
 
 
 class Peaks(NamedTuple):
@@ -18,8 +24,7 @@ class Peaks(NamedTuple):
 
     Attributes:
         place: (n_joints, N_PEAKS, 3) float32: row and column [cells], depth [m]; NaN if there are no more.
-        heat: (n_joints, N_PEAKS) float32, falling: the heat in the neighbourhood over that of the whole map, 0 if there
-            are no more.
+        heat: (n_joints, N_PEAKS) float32, falling: the share of the heat in the neighbourhood, 0 if there are no more.
         spread: (n_joints,) float32, standard deviation of the heat about the first peak along a row or column [cells].
     """
 
@@ -47,8 +52,6 @@ def find_peaks(share: NDArray[np.float32], depth: NDArray[np.float32]) -> Peaks:
     place = np.full((n_joints, N_PEAKS, 3), np.nan, np.float32)
     heat = np.zeros((n_joints, N_PEAKS), np.float32)
     fill_peaks(np.ascontiguousarray(share), np.ascontiguousarray(depth), place, heat)
-    order = np.argsort(-heat, axis=1, kind="stable")
-    place, heat = np.take_along_axis(place, order[:, :, None], axis=1), np.take_along_axis(heat, order, axis=1)
     of_row, of_column = share.sum(axis=2), share.sum(axis=1)
     along_rows = (of_row * (np.arange(n_rows) - place[:, 0, :1]) ** 2).sum(axis=1)
     along_columns = (of_column * (np.arange(n_columns) - place[:, 0, 1:2]) ** 2).sum(axis=1)
@@ -57,30 +60,38 @@ def find_peaks(share: NDArray[np.float32], depth: NDArray[np.float32]) -> Peaks:
 
 @njit(cache=True, nogil=True)
 def fill_peaks(share, depth, place, heat):  # type: ignore[no-untyped-def]
-    """Kernel of `find_peaks`: the highest cell that is not near an earlier peak, and the mean about it."""
+    """Kernel of `find_peaks`: the neighbourhood with most heat that was not counted, and the middle of its heat."""
     n_joints, n_rows, n_columns = share.shape
     for joint in range(n_joints):
-        is_taken = np.zeros((n_rows, n_columns), np.bool_)
+        left = share[joint].copy()
         for peak in range(place.shape[1]):
-            best, best_row, best_column = np.float32(0.0), -1, -1
+            best, best_row, best_column = 0.0, -1, -1
             for r in range(n_rows):
                 for c in range(n_columns):
-                    if not is_taken[r, c] and share[joint, r, c] > best:
-                        best, best_row, best_column = share[joint, r, c], r, c
+                    total = 0.0
+                    for y in range(max(0, r - NEAR), min(n_rows, r + NEAR + 1)):
+                        for x in range(max(0, c - NEAR), min(n_columns, c + NEAR + 1)):
+                            total += left[y, x]
+                    if total > best and left[r, c] > 0.0:
+                        best, best_row, best_column = total, r, c
             if best_row < 0:
                 break
-            total, row, column, far = 0.0, 0.0, 0.0, 0.0
-            for r in range(max(0, best_row - REACH), min(n_rows, best_row + REACH + 1)):
-                for c in range(max(0, best_column - REACH), min(n_columns, best_column + REACH + 1)):
-                    if is_taken[r, c]:
-                        continue
-                    weight = share[joint, r, c]
-                    total += weight
-                    row += weight * r
-                    column += weight * c
-                    far += weight * depth[joint, r, c]
-                    is_taken[r, c] = True
-            place[joint, peak, 0] = row / total
-            place[joint, peak, 1] = column / total
-            place[joint, peak, 2] = far / total
-            heat[joint, peak] = total
+            at_row, at_column, far = float(best_row), float(best_column), 0.0
+            for _ in range(N_STEPS):
+                total, row, column, far = 0.0, 0.0, 0.0, 0.0
+                for r in range(max(0, best_row - REACH), min(n_rows, best_row + REACH + 1)):
+                    for c in range(max(0, best_column - REACH), min(n_columns, best_column + REACH + 1)):
+                        square = (r - at_row) ** 2 + (c - at_column) ** 2
+                        weight = left[r, c] * np.exp(-0.5 * square / WIDTH**2)
+                        total += weight
+                        row += weight * r
+                        column += weight * c
+                        far += weight * depth[joint, r, c]
+                at_row, at_column, far = row / total, column / total, far / total
+            place[joint, peak, 0] = at_row
+            place[joint, peak, 1] = at_column
+            place[joint, peak, 2] = far
+            heat[joint, peak] = best
+            left[
+                max(0, best_row - NEAR) : best_row + NEAR + 1, max(0, best_column - NEAR) : best_column + NEAR + 1
+            ] = 0

@@ -12,7 +12,7 @@ from forests.frames import Pinhole, check_depth
 from nets.heatmap.config import STRIDE
 from nets.heatmap.decode import N_PEAKS, Peaks, find_peaks, shares_of
 from nets.heatmap.model import HeatmapModel, patch_places, terms_of
-from nets.heatmap.network import HeatmapNet, net_of
+from nets.heatmap.network import HeatmapNet, names_of, net_of
 from nets.heatmap.samples import from_patch
 from nets.inputs import crop_inputs
 from nets.modules import from_arrays
@@ -22,7 +22,7 @@ from nets.patches import body_window, cut_patch
 def ask_net(
     net: HeatmapNet, model: HeatmapModel, relative: NDArray[np.int16]
 ) -> tuple[Peaks, NDArray[np.float32]]:
-    """Peaks of one patch, and (2, n_joints) logits of states.
+    """Peaks of one patch, and (4, n_joints) logits of states.
 
     Args:
         net: In evaluation mode.
@@ -48,7 +48,7 @@ class HeatmapPredictor:
             ValueError: Its weights are not those of such a net.
         """
         self.model = model
-        self._net = net_of(model.config, len(model.joints))
+        self._net = net_of(model.config, names_of(model.weights, len(model.joints)))
         from_arrays(self._net, model.weights)
 
     @property
@@ -84,7 +84,7 @@ class HeatmapPredictor:
         peaks, state = ask_net(self._net, self.model, patch.relative)
         proposals = from_patch(patch_places(peaks, view), camera, window, view)
         terms = terms_of(peaks, state)
-        within, hidden, outside = (logistic(weights, terms) for weights in self.model.calibration)
+        within, hidden, self_hidden, outside = (logistic(weights, terms) for weights in self.model.calibration)
         return JointEstimate(
             proposals.astype(np.float32),
             peaks.heat,
@@ -93,6 +93,7 @@ class HeatmapPredictor:
             (peaks.spread * STRIDE * view.pixel_m).astype(np.float32),
             camera,
             outside_probability=outside,
+            self_hidden_probability=self_hidden,
         )
 
     def _nothing(self, camera: Pinhole) -> JointEstimate:

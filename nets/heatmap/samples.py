@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from forests.boxes import upper_body_box
 from forests.frames import DepthFrame, FrameSequence, Pinhole, is_known
-from nets.heatmap.config import HeatmapConfig
-from nets.patches import Patch, Window, body_window, cut_patch
+from nets.heatmap.config import STATES, HeatmapConfig, Layer
+from nets.patches import Window, body_window, cut_patch
 from nets.views import View
 
 
@@ -17,19 +17,19 @@ class JointPatches(NamedTuple):
 
     Attributes:
         relative: (n, height, width) int16, see `nets.patches.Patch`.
-        kind: (n, height, width) uint8.
+        label: (n, height, width) uint8 by the label table, of what lies there.
+        part: (n, height, width) uint8, parts of the person alone, behind objects too.
         place: (n, n_joints, 2) float32, row and column in the patch [px]; NaN = unknown.
         depth: (n, n_joints) float32, of the joint minus the person's distance [m]; NaN = unknown.
-        is_hidden: (n, n_joints) bool, an object hides the joint.
-        is_outside: (n, n_joints) bool, the joint is not in the image.
+        state: (n, n_joints) int64, number in `STATES`; -1 = unknown.
     """
 
     relative: NDArray[np.int16]
-    kind: NDArray[np.uint8]
+    label: NDArray[np.uint8]
+    part: NDArray[np.uint8]
     place: NDArray[np.float32]
     depth: NDArray[np.float32]
-    is_hidden: NDArray[np.bool_]
-    is_outside: NDArray[np.bool_]
+    state: NDArray[np.int64]
 
 
 def to_patch(joints: NDArray[np.floating], camera: Pinhole, window: Window, view: View) -> NDArray[np.float64]:
@@ -74,12 +74,15 @@ def collect_patches(frames: FrameSequence, config: HeatmapConfig) -> JointPatche
         frames: The frames.
         config: How the net is trained.
     """
-    view, n_joints = config.view, frames.labels.n_joints
-    patches: list[Patch] = []
-    places, hidden, outside = [], [], []
-    for number in range(len(frames)):
+    view, n, n_joints = config.view, len(frames), frames.labels.n_joints
+    relative = np.empty((n, *view.patch), np.int16)
+    label, part = np.empty((n, *view.patch), np.uint8), np.empty((n, *view.patch), np.uint8)
+    places, states = [], []
+    for number in range(n):
         frame = frames[number]
-        depth = frame.depth if config.layer == "composite" else frame.body_depth
+        depth, labels = frame.depth, frame.label
+        if config.layer == "body":
+            depth, labels = frame.body_depth, frame.body_label
         box = upper_body_box(frame.joints, frame.camera)
         if box is None:
             continue
@@ -87,29 +90,29 @@ def collect_patches(frames: FrameSequence, config: HeatmapConfig) -> JointPatche
             window = body_window(depth, frame.camera, box, view.height * view.pixel_m)
         except ValueError:  # nothing is seen where the person is
             continue
-        kinds = _kinds(frame, config, frames.labels.n_parts)
-        patches.append(cut_patch(depth, frame.camera, window, view.patch, view.pixel_m, kinds))
+        where, size = (frame.camera, window), (view.patch, view.pixel_m)
+        row = len(places)
+        relative[row], label[row] = cut_patch(depth, *where, *size, labels)
+        part[row] = cut_patch(frame.body_depth, *where, *size, frame.body_label).kind
         known = is_known(frame.joints)[:, None]
         filled = np.where(known, frame.joints, 1.0)
-        places.append(np.where(known, to_patch(filled, frame.camera, window, view), np.nan))
-        hidden.append(frame.is_occluded)
-        outside.append(_is_outside(frame, depth.shape))
-    n = len(patches)
+        places.append(np.where(known, to_patch(filled, *where, view), np.nan))
+        states.append(_state(frame, depth.shape, config.layer))
+    n = len(places)
     at = np.array(places, np.float32).reshape(n, n_joints, 3)
-    return JointPatches(
-        np.array([patch.relative for patch in patches], np.int16).reshape(n, *view.patch),
-        np.array([patch.kind for patch in patches], np.uint8).reshape(n, *view.patch),
-        at[:, :, :2],
-        at[:, :, 2],
-        np.array(hidden, bool).reshape(n, n_joints),
-        np.array(outside, bool).reshape(n, n_joints),
-    )
+    state = np.array(states, np.int64).reshape(n, n_joints)
+    return JointPatches(relative[:n], label[:n], part[:n], at[:, :, :2], at[:, :, 2], state)
 
 
-def _kinds(frame: DepthFrame, config: HeatmapConfig, n_parts: int) -> NDArray[np.uint8]:
-    """0 nothing, 1 the person, 2 an object, by pixel."""
-    label = frame.label if config.layer == "composite" else frame.body_label
-    return np.where(label == 0, 0, np.where(label <= n_parts, 1, 2)).astype(np.uint8)
+def _state(frame: DepthFrame, shape: tuple[int, ...], layer: Layer) -> NDArray[np.int64]:
+    """(n_joints,) numbers in `STATES`, of what the layer shows; -1 = unknown."""
+    state = np.zeros(len(frame.joints), np.int64)
+    if frame.is_self_occluded is not None:
+        state[frame.is_self_occluded] = STATES.index("self_hidden")
+    if layer == "composite":
+        state[frame.is_occluded] = STATES.index("hidden")
+    state[_is_outside(frame, shape)] = STATES.index("outside")
+    return np.where(is_known(frame.joints), state, -1)
 
 
 def _is_outside(frame: DepthFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -122,9 +125,12 @@ def _is_outside(frame: DepthFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
 
 
 def mirrored_order(names: tuple[str, ...]) -> NDArray[np.int64]:
-    """(n_joints,) for each joint, the number of the one on the other side; of those in the middle, their own."""
+    """(n,) for each joint or part, the number of the one on the other side; of those in the middle, their own."""
 
     def other(name: str) -> str:
-        return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
+        side, _, rest = name.partition("_")
+        if side[:1] not in ("l", "r") or side[1:] not in ("", "u", "w"):
+            return name
+        return f"{'l' if side[0] == 'r' else 'r'}{side[1:]}_{rest}"
 
     return np.array([names.index(other(name)) if other(name) in names else k for k, name in enumerate(names)])

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from nets.heatmap.config import SIGMA, STRIDE, HeatCost
+from nets.heatmap.config import CELL_MIDDLE, SIGMA, STRIDE, HeatCost
 from nets.heatmap.samples import JointPatches
-from nets.inputs import Draws
+from nets.inputs import Draws, shown_pixels
 from nets.views import View
 
 
@@ -21,7 +21,7 @@ class Targets(NamedTuple):
         heat: (n, n_joints, rows, columns) float32 bells about the joints, at most 1; zeros of those beyond the map.
         is_on_map: (n, n_joints) bool, the joint lies on the map.
         depth: (n, n_joints) float32, minus the distance that is told [m]; 0 where unknown.
-        state: (n, 2, n_joints) float32: hidden by an object, outside the image; 0 or 1.
+        state: (n, n_joints) int64, number in `STATES`; -1 = unknown.
         is_known: (n, n_joints) bool.
     """
 
@@ -44,13 +44,11 @@ def targets_of(
         view: What the net looks at.
         mirrored: (n_joints,) the joint on the other side.
     """
-    place, depth = patches.place[batch].astype(np.float64), patches.depth[batch]
-    state = np.stack([patches.is_hidden[batch], patches.is_outside[batch]], axis=1)
-    turned = draws.is_mirrored
-    place[turned] = place[turned][:, mirrored]
-    depth = np.where(turned[:, None], depth[:, mirrored], depth)
-    state[turned] = state[turned][:, :, mirrored]
-    cells = crop_places(place, draws, view) / STRIDE
+    place, depth, state = patches.place[batch].astype(np.float64), patches.depth[batch], patches.state[batch]
+    turned = draws.is_mirrored[:, None]
+    place = np.where(turned[:, :, None], place[:, mirrored], place)
+    depth, state = (np.where(turned, values[:, mirrored], values) for values in (depth, state))
+    cells = (crop_places(place, draws, view) - CELL_MIDDLE) / STRIDE
     rows, columns = view.height // STRIDE, view.width // STRIDE
     is_known = np.isfinite(place).all(axis=2)
     is_inside = (cells >= -0.5) & (cells < np.array([rows, columns]) - 0.5)
@@ -61,14 +59,8 @@ def targets_of(
         for axis, n in enumerate((rows, columns))
     ]
     heat = (along[0][..., :, None] * along[1][..., None, :]).astype(np.float32)
-    moved = np.nan_to_num(depth + draws.depth_m[:, None]).astype(np.float32)
-    return Targets(
-        torch.from_numpy(heat),
-        torch.from_numpy(is_on_map),
-        torch.from_numpy(moved),
-        torch.from_numpy(state.astype(np.float32)),
-        torch.from_numpy(is_known),
-    )
+    moved = np.nan_to_num(depth / draws.scale[:, None] + draws.depth_m[:, None]).astype(np.float32)
+    return Targets(*map(torch.from_numpy, (heat, is_on_map, moved, state, is_known)))
 
 
 def crop_places(place: NDArray[np.float64], draws: Draws, view: View) -> NDArray[np.float64]:
@@ -85,21 +77,42 @@ def heat_cost(heat: Tensor, targets: Targets, kind: HeatCost) -> Tensor:
         known = targets.is_known
         square = ((heat - targets.heat) ** 2).sum(dim=(2, 3))
         return (square * known).sum() / known.sum().clamp(min=1)
-    share = targets.heat.flatten(2)
-    share = share / share.sum(dim=2, keepdim=True).clamp(min=1e-6)
-    cost = -(share * functional.log_softmax(heat.flatten(2), dim=2)).sum(dim=2)
+    cost = -(_shares(targets) * functional.log_softmax(heat.flatten(2), dim=2)).sum(dim=2)
     return (cost * targets.is_on_map).sum() / targets.is_on_map.sum().clamp(min=1)
 
 
 def depth_cost(depth: Tensor, targets: Targets) -> Tensor:
     """The mean absolute deviation of the depths about the true places [m]."""
-    share = targets.heat.flatten(2)
-    share = share / share.sum(dim=2, keepdim=True).clamp(min=1e-6)
-    off = (share * (depth.flatten(2) - targets.depth[:, :, None]).abs()).sum(dim=2)
+    off = (_shares(targets) * (depth.flatten(2) - targets.depth[:, :, None]).abs()).sum(dim=2)
     return (off * targets.is_on_map).sum() / targets.is_on_map.sum().clamp(min=1)
 
 
+def _shares(targets: Targets) -> Tensor:
+    """(n, n_joints, n_cells) the bells as distributions; zeros of joints beyond the map."""
+    share = targets.heat.flatten(2)
+    return share / share.sum(dim=2, keepdim=True).clamp(min=1e-6)
+
+
 def state_cost(state: Tensor, targets: Targets) -> Tensor:
-    """The mean negative log-likelihood of the states of known joints."""
-    cost = functional.binary_cross_entropy_with_logits(state, targets.state, reduction="none").mean(dim=1)
-    return (cost * targets.is_known).sum() / targets.is_known.sum().clamp(min=1)
+    """The mean negative log-likelihood of the states (n, n_states, n_joints) of known joints."""
+    cost = functional.cross_entropy(state, targets.state, ignore_index=-1, reduction="sum")
+    return cost / targets.is_known.sum().clamp(min=1)
+
+
+def shown_in_cells(values: NDArray[np.uint8], draws: Draws, view: View) -> NDArray[np.uint8]:
+    """(n, rows, columns) what crops of patches (n, height, width) show in the middles of a map's cells."""
+    rows, columns = (along.numpy() for along in shown_pixels(draws, view))
+    middle = slice(STRIDE // 2, None, STRIDE)
+    return values[np.arange(len(values))[:, None, None], rows[:, middle], columns[:, :, middle]]
+
+
+def cell_cost(logits: Tensor, classes: Tensor, counts: Tensor) -> Tensor:
+    """The mean negative log-likelihood of what the cells of maps show.
+
+    Args:
+        logits: (n, n_classes, rows, columns).
+        classes: (n, rows, columns) int64.
+        counts: (n,) bool, images that are learned from.
+    """
+    cost = functional.cross_entropy(logits, classes, reduction="none").mean(dim=(1, 2))
+    return (cost * counts).sum() / counts.sum().clamp(min=1)

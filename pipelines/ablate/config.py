@@ -45,7 +45,10 @@ stature. All these are truths; predicted is what a first forest predicts of the 
 
 ROWS: tuple[str, ...] = tuple(VARIANTS)
 """Methods: baseline, occluders and semantic are regression forests by their mode; rwf_body: a random walk forest
-that learned from bodies alone; rwf: one that learned from what the sensor sees."""
+that learned from bodies alone; rwf: one that learned from what the sensor sees. heat_body and heat are heat map nets
+that learned from the same; heat_object and heat_classes also learned to tell where objects are, or their classes."""
+FOREST_ROWS: tuple[str, ...] = tuple(row for row, kind in VARIANTS.items() if not kind.is_net)
+"""Methods that do not need torch."""
 REGRESSION_ROWS: tuple[str, ...] = tuple(COMPARED["oarf"].variants)
 """Methods that most questions compare."""
 
@@ -95,10 +98,11 @@ class AblationConfig:
 
     Attributes:
         corpus: Where the frames come from.
-        rows: Methods to compare.
+        rows: Methods to compare; by default all forests. Nets need undergrowth[nets].
         n_seeds: Number of trainings by kind of model, with seeds counted on from the kind's own.
         sensor: Sensor model for the depth in training and test; None means clean depth.
-        models: Settings by kind of model; in a file, a table for each ([oarf], [rwf]). A row sets its variant.
+        models: Settings by kind of model; in a file, a table for each ([oarf], [rwf], [heatmap]). A row sets its
+            variant.
         questions: Further questions to answer.
         n_question_seeds: Number of trainings for each condition of a question, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
@@ -113,7 +117,7 @@ class AblationConfig:
     """
 
     corpus: CorpusConfig = field(default_factory=CorpusConfig)
-    rows: tuple[str, ...] = ROWS
+    rows: tuple[str, ...] = FOREST_ROWS
     n_seeds: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COMPARED, 1))
     sensor: str | None = None
     models: Mapping[str, ModelConfig] = field(default_factory=lambda: _models({}, ""))
@@ -186,7 +190,8 @@ def _models(tables: Mapping[str, object], where: str) -> dict[str, ModelConfig]:
     models: dict[str, ModelConfig] = {}
     for name, kind in COMPARED.items():
         table: Mapping[str, object] = tables.get(name, {})  # type: ignore[assignment]
-        models[name] = from_table(kind.config_class(), {"learn_skeleton": False, **table}, f"{where}.{name}")
+        alone = {} if kind.is_net else {"learn_skeleton": False}
+        models[name] = from_table(kind.config_class(), {**alone, **table}, f"{where}.{name}")
     return models
 
 

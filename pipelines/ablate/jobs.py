@@ -11,6 +11,7 @@ from pipelines.ablate.config import CorpusConfig, Told
 from pipelines.ablate.digests import digest_of, sources_digest, versions
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus import Corpus
+from pipelines.corpus.header import version_of
 from pipelines.corpus.rooms.views import Place
 from pipelines.errors import UserError
 from pipelines.models.kinds import VARIANTS, ModelConfig, ModelKind
@@ -146,12 +147,18 @@ class TrainingJob:
     def key(self) -> str:
         """Digest of the model."""
         frames = (self.corpus.source_key, self.train, self.val, self.sensor, self.told, *_of_rooms(self.place))
-        return digest_of("model", self.kind.name, self.config, frames, versions(), self._sources)
+        return digest_of("model", self.kind.name, self.config, frames, self._versions, self._sources)
+
+    @property
+    def _versions(self) -> dict:
+        return versions() | ({"torch": version_of("torch")} if self.kind.is_net else {})
 
     @property
     def _sources(self) -> str:
-        more = (() if self.told is None else (_HINTS_SOURCE,)) + (() if self.place is None else (_ROOMS_SOURCE,))
-        return sources_digest("forests", *more)
+        nets = ("nets",) if self.kind.is_net else ()
+        told = () if self.told is None else (_HINTS_SOURCE,)
+        rooms = () if self.place is None else (_ROOMS_SOURCE,)
+        return sources_digest("forests", *nets, *told, *rooms)
 
     @property
     def name(self) -> str:

@@ -30,11 +30,11 @@ def train_model(
         frames: Frames to learn from.
         validation: Frames to tune on.
         path: The file.
-        n_threads: Threads.
+        n_threads: Threads; nets, which depend on their number, are trained with one.
         on_share: Told the share that is done.
 
     Raises:
-        UserError: Frames that nothing can be learned from, or another process trains there.
+        UserError: Torch is missing, frames that nothing can be learned from, or another process trains there.
     """
     metadata = {"row": job.row, "key": job.key, "corpus": corpus_digest, "sensor": job.sensor, "told": job.told}
     try:
@@ -46,7 +46,7 @@ def train_model(
             validation,
             identity={"key": job.key},
             metadata=lambda model: metadata,
-            n_threads=n_threads,
+            n_threads=1 if job.kind.is_net else n_threads,
             on_share=on_share,
         )
     except ValueError as error:

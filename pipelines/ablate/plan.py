@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, get_args
 
-from pipelines.ablate.config import REGRESSION_ROWS, AblationConfig, Question, Told
+from pipelines.ablate.config import FOREST_ROWS, REGRESSION_ROWS, AblationConfig, Question, Told
 from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
 from pipelines.ablate.libraries import Libraries
 from pipelines.corpus.rooms.views import Place
@@ -196,12 +196,16 @@ def _ask_skeletons(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """The same forests, told to learn one skeleton out of their proposals, and with each joint on its own."""
     for is_one in (True, False):
         settings = {"is_one_skeleton": is_one}
-        yield _condition(_learning_skeletons(config, is_one), "skeletons", settings, rows=config.rows)
+        yield _condition(_learning_skeletons(config, is_one), "skeletons", settings, rows=FOREST_ROWS)
 
 
 def _learning_skeletons(config: AblationConfig, is_one: bool) -> AblationConfig:
     """The same ablation with models that make, or do not make, one skeleton of their proposals."""
-    models = {name: replace(settings, learn_skeleton=is_one) for name, settings in models_of(config).items()}
+    forests = {VARIANTS[row].name for row in FOREST_ROWS}
+    models = {
+        name: replace(settings, learn_skeleton=is_one) if name in forests else settings
+        for name, settings in models_of(config).items()
+    }
     return replace(config, models=models)
 
 

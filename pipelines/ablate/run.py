@@ -32,6 +32,8 @@ def run_plan(plan: Plan, folder: ResultsFolder, n_threads: int) -> None:
         n_threads: Threads, for corpora processes; the results do not depend on it.
     """
     folder.prepare()
+    for kind in {job.kind.name: job.kind for job in plan.trainings}.values():
+        kind.tools()  # says what is missing before any work
     scorings = [job for job in plan.scorings if not folder.rows(job).exists()]
     trainings = [job for job in plan.trainings if not folder.model(job).exists()]
     for training in plan.trainings:

@@ -23,6 +23,10 @@ PAIRS: tuple[tuple[str, str], ...] = (
     ("semantic", "baseline"),
     ("rwf", "rwf_body"),
     ("semantic", "rwf"),
+    ("heat", "heat_body"),
+    ("heat_object", "heat"),
+    ("heat_classes", "heat_object"),
+    ("heat", "semantic"),
 )
 """Methods that are compared: by how much the first is above the second."""
 

@@ -4,9 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-
-from forests.modelfile import read_model
+from pipelines.card.sources import Source, check_told, source_of, sources_told, template
 from pipelines.corpus.joined import sensors_of
 from pipelines.corpus.read import Corpus
 from pipelines.errors import UserError
@@ -21,26 +19,6 @@ BODIES = {
     "joints on the other side's joint [%]": "swapped",
     "frames with the heading off by more than 90 degrees [%]": "heading_flipped",
 }
-
-
-class Source(NamedTuple):
-    """A corpus as a card tells of it.
-
-    Attributes:
-        name: Of its folder.
-        digest: The beginning of its digest.
-        n_frames: Frames of the whole corpus.
-        made: How, in words.
-        is_recorded: Whether a real camera measured its people.
-        is_learned: Whether the model was trained on it.
-    """
-
-    name: str
-    digest: str
-    n_frames: int
-    made: str
-    is_recorded: bool
-    is_learned: bool
 
 
 class Score(NamedTuple):
@@ -83,12 +61,8 @@ def card_of(
             has a frame of the split test.
     """
     contestant, about = open_model(model)
-    told = read_model(model).metadata
-    if not {"corpus", "n_frames", "sensor", "software"} <= set(told):
-        raise UserError(f"{model} does not say what it was trained on; models of `undergrowth train` do")
-    learned = told["corpus"] if isinstance(told["corpus"], list) else [told["corpus"]]
-    n_untold = len(set(learned) - {corpus.digest for corpus in corpora})
-    sources = [_source(corpus, corpus.digest in learned) for corpus in corpora]
+    told, learned = check_told(model)
+    sources = [source_of(corpus, corpus.digest in learned) for corpus in corpora]
     scores: list[Score] = []
     for corpus, source, noise in zip(corpora, sources, sensors_of(corpora, sensor), strict=True):
         if len(corpus.split("test")):
@@ -96,47 +70,15 @@ def card_of(
             scores += _scores(source, scoring, score_model(contestant, about, corpus, scoring, n_threads))
     if not scores:
         raise UserError(f"{', '.join(source.name for source in sources)}: no frames of the split test to score on")
-    return _template().render(
+    return template("card.md").render(
         name=model.stem,
         file=model.name,
         digest=about["digest"],
         megabytes=model.stat().st_size / 1e6,
         kind=kind_named(about["kind"], model).title,
         told=told,
-        sources=sources,
-        n_untold=n_untold,
-        has_generated=n_untold > 0 or any(one.is_learned and not one.is_recorded for one in sources),
-        has_recordings=any(source.is_recorded and source.is_learned for source in sources),
         scores=scores,
-    )
-
-
-def _template() -> Template:
-    environment = Environment(
-        loader=PackageLoader("pipelines.card"),
-        undefined=StrictUndefined,
-        autoescape=False,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    return environment.get_template("card.md")
-
-
-def _source(corpus: Corpus, is_learned: bool) -> Source:
-    config = corpus.header.config
-    is_recorded = corpus.header.is_recorded
-    if is_recorded:
-        made = "recorded by a depth camera" + (", objects put before the people" if "into" in config else "")
-    else:
-        camera = config.get("scene", {}).get("camera", "of another source")
-        made = f"generated for the camera {camera}, seed {corpus.header.seed}"
-        extra = [
-            word for word, key in (("recorded poses", "poses"), ("imported objects", "objects")) if key in config
-        ]
-        made += f", with {' and '.join(extra)}" if extra else ""
-    return Source(
-        corpus.path.resolve().name, corpus.digest[:12], corpus.header.n_frames, made, is_recorded, is_learned
+        **sources_told(sources, learned, corpora),
     )
 
 

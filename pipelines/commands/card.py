@@ -7,8 +7,10 @@ from typing import Annotated
 
 import tyro
 
+from pipelines.card.orientation import orientation_card
 from pipelines.card.write import card_of
 from pipelines.corpus.joined import open_corpora
+from pipelines.orientation.opening import is_orientation_net
 from pipelines.targets import check_ours, check_place
 from storage.atomic import write_atomically
 from storage.ranges import MAX_FRAMES, MAX_THREADS, check_fields
@@ -52,7 +54,10 @@ class CardSettings:
         check_place(out)
         check_ours(out, ".md")
         corpora = open_corpora(self.corpora)
-        text = card_of(self.model, corpora, self.sensor, self.joint_offsets, self.limit, self.threads)
+        if is_orientation_net(self.model):
+            text = orientation_card(self.model, corpora, self.sensor, self.limit)
+        else:
+            text = card_of(self.model, corpora, self.sensor, self.joint_offsets, self.limit, self.threads)
         write_atomically(out, text)
         log.info("%s", out)
         return 0

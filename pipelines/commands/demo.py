@@ -1,11 +1,12 @@
 """undergrowth demo: the whole story at a small size, from frames to a report."""
 
+import importlib.util
 import logging
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipelines.ablate.ablation import run_ablation, usable_cores
-from pipelines.ablate.config import Size, load_config
+from pipelines.ablate.config import FOREST_ROWS, AblationConfig, Size, load_config
 from pipelines.ablate.schema import DOCUMENT_NAME
 from pipelines.ablate.terminal import table_lines
 from pipelines.inspect.write import PAGE_NAMES, write_inspection
@@ -23,12 +24,16 @@ from pipelines.spread import first_to_last
 from pipelines.targets import check_folder
 from storage.ranges import MAX_THREADS, check_fields
 
+NET_ROW = "heat"
+"""The net that is shown beside the forests."""
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class DemoSettings:
     """Makes frames, trains all forests on them, scores them and writes the report, in minutes at the size demo.
+
+    Where torch is installed, a heat map net is trained and scored beside the forests, unless the settings name rows.
 
     If it is interrupted, the same command continues where it stopped. With --real it ends with skeletons on
     recorded depth.
@@ -67,7 +72,7 @@ class DemoSettings:
         check_folder(self.out, ["report.html"])
         check_folder(self.out / "inspect", PAGE_NAMES)
         folder = None if self.real is None else self._folder(self.real)
-        document = run_ablation(load_config(self.size, self.config), results, self.threads)
+        document = run_ablation(with_net(load_config(self.size, self.config)), results, self.threads)
         source = read_source(results)
         recordings = recordings_of(source, [folder] if folder else [])
         write_report(source, self.out / "report.html", recordings)
@@ -90,6 +95,12 @@ class DemoSettings:
         if self.far:
             layout = replace(layout, foreground=Foreground(0.0, self.far))
         return Folder(path, name, layout)
+
+
+def with_net(config: AblationConfig) -> AblationConfig:
+    """The same with a heat map net beside the forests, where torch is installed and all forests are compared."""
+    has_torch = importlib.util.find_spec("torch") is not None
+    return replace(config, rows=(*FOREST_ROWS, NET_ROW)) if has_torch and config.rows == FOREST_ROWS else config
 
 
 def draw_recording(source: Source, folder: Folder, out: Path) -> int:

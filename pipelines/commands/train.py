@@ -114,7 +114,7 @@ class TrainSettings:
             "max_frames": self.max_frames,
             "software": software_versions(),
         }
-        if self.kind.needs_threads:
+        if self.kind.is_net:
             facts |= {"threads": self.threads}
         identity = {"kind": self.kind.name, "config": to_json(self.model), "labels": to_json(frames.labels)}
         scores: dict[str, float] | None = None
@@ -168,7 +168,7 @@ def settings_of(name: str) -> type[TrainSettings]:
     cls.__doc__ = f"""Trains a {kind.title} on the train splits of corpora and tunes it on their val splits.
 
     If it is interrupted, the same command continues after the last finished {kind.piece}. The same settings give the
-    same bytes{" on the same number of threads" if kind.needs_threads else ""}.
+    same bytes{" on the same number of threads" if kind.is_net else ""}.
 
     Attributes:
         forest: How the {kind.title} is trained.

@@ -147,11 +147,12 @@ def label_tables(schema_version: int = SCHEMA_VERSION) -> dict:
 
 def software_versions() -> dict:
     """Versions that the bytes of a frame may hang on."""
-    versions = {"undergrowth": _version("undergrowth"), "python": platform.python_version()}
-    return versions | {name: _version(name) for name in _PACKAGES}
+    versions = {"undergrowth": version_of("undergrowth"), "python": platform.python_version()}
+    return versions | {name: version_of(name) for name in _PACKAGES}
 
 
-def _version(package: str) -> str:
+def version_of(package: str) -> str:
+    """Version of an installed package; "source tree" if it is not installed."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:

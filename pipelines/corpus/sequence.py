@@ -53,13 +53,15 @@ class CorpusFrames:
         from pipelines.corpus.layers import body_layer
 
         number = int(self.indices[place])
-        depth, part, occluder, *hidden = (self.corpus.arrays(name, [number])[0] for name in _IMAGES)
-        body_depth, body_part = body_layer(depth, part, *hidden)
+        depth, part, occluder, *behind = (self.corpus.arrays(name, [number])[0] for name in _IMAGES)
+        body_depth, body_part = body_layer(depth, part, *behind)
         label = part + (occluder + np.uint8(self.labels.n_parts)) * (occluder > 0)
         if self.sensor is not None:
             depth = self.corpus.arrays("depth", [number], self.sensor)[0]
         state = self.corpus.arrays("joint_state", [number])[0]
         joints = self.corpus.arrays("joints", [number])[0]
-        is_occluded = state == JointState.OCCLUDED
+        hidden = state == JointState.OCCLUDED, state == JointState.SELF_OCCLUDED
         camera = self.corpus.camera(number)
-        return DepthFrame(depth, label, body_depth, body_part, joints, is_occluded, camera)
+        return DepthFrame(
+            depth, label, body_depth, body_part, joints, hidden[0], camera, is_self_occluded=hidden[1]
+        )

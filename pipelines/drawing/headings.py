@@ -22,7 +22,7 @@ def draw_heading(picture: Picture, place: NDArray[np.float64], angle: float, pro
         picture: (height, width, 3) BGR.
         place: (2,) where the arrow begins [px].
         angle: 0 = towards the camera, pi / 2 = towards the image's right [rad].
-        probability: That the angle is about right; arrows of less than a half are drawn thin.
+        probability: That the angle is about right; arrows of less than a half, or of NaN, are drawn thin.
     """
     length = LENGTH * len(picture)
     tip = place + length * np.array([math.sin(angle), FORESHORTENING * math.cos(angle)])

@@ -1,5 +1,6 @@
 """What a model found in a depth image: its skeleton over the depth, and its labels of the pixels beside it."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,13 +9,16 @@ from numpy.typing import NDArray
 from forests.estimate import JointEstimate
 from pipelines.drawing import palette
 from pipelines.drawing.captions import GAP, bordered, classes_caption, marks_caption
+from pipelines.drawing.headings import draw_heading
 from pipelines.drawing.labels import PixelLabels, label_picture
 from pipelines.drawing.palette import Picture
-from pipelines.drawing.skeletons import draw_estimate
+from pipelines.drawing.skeletons import PERSON_FROM, draw_estimate
 from pipelines.drawing.windows import Window, foreground_window
 
 PANEL_HEIGHT = 560
 MAX_PANEL_WIDTH = 760
+GROUND = 0.09
+"""An arrow begins so far above the lower edge, as a share of the picture's height."""
 
 
 def overlay(
@@ -47,7 +51,7 @@ def skeleton_panel(depth: NDArray[np.uint16], estimate: JointEstimate, joints: t
 def skeleton_over_depth(
     depth: NDArray[np.uint16], estimate: JointEstimate, joints: Sequence[str], window: Window
 ) -> Picture:
-    """The skeleton over the grey depth.
+    """The skeleton over the grey depth, and below it an arrow that shows which way the person faces, if told.
 
     Args:
         depth: (height, width) uint16 [mm], 0 = nothing.
@@ -56,7 +60,13 @@ def skeleton_over_depth(
         window: What is shown.
     """
     picture = window.cut(palette.grey_depth(depth), is_smooth=True)
-    draw_estimate(picture, window.places(estimate.joints, estimate.camera), joints, estimate)
+    places = window.places(estimate.joints, estimate.camera)
+    draw_estimate(picture, places, joints, estimate)
+    is_anybody = not estimate.person_probability < PERSON_FROM
+    if is_anybody and math.isfinite(estimate.heading) and np.isfinite(places).any():
+        middle = np.clip(np.nanmedian(places[:, 0]), 0.0, picture.shape[1] - 1.0)
+        ground = np.array([middle, len(picture) * (1.0 - GROUND)])
+        draw_heading(picture, ground, estimate.heading, estimate.heading_probability)
     return picture
 
 

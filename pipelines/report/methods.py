@@ -45,6 +45,8 @@ EXAMPLE_PAIRS = (
     ("semantic", "baseline"),
     ("occluders", "baseline"),
     ("rwf", "rwf_body"),
+    ("heat", "heat_body"),
+    ("heat_classes", "heat_object"),
 )
 """Example frames are ordered by the gain of the first of these pairs that is there."""
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forests.frames import Intrinsics
-from nets.heatmap.config import STRIDE, VIEW, HeatmapConfig
-from nets.heatmap.decode import N_PEAKS, REACH, find_peaks, shares_of
+from nets.heatmap.config import SIGMA, STRIDE, VIEW, HeatmapConfig
+from nets.heatmap.decode import N_PEAKS, N_STEPS, NEAR, REACH, WIDTH, find_peaks, shares_of
 from nets.heatmap.samples import from_patch, mirrored_order, to_patch
 from nets.patches import Window
 
@@ -25,27 +25,33 @@ def test_joints_come_back_out_of_the_patch():
 
 
 def test_the_other_side_of_the_other_side_is_this_side():
-    names = ("head", "r_hand", "l_hand", "r_knee", "torso")
+    names = ("head", "r_hand", "l_hand", "r_knee", "torso", "lu_leg", "lw_leg", "rw_leg", "ru_leg", "lap_desk")
     order = mirrored_order(names)
-    assert order.tolist() == [0, 2, 1, 3, 4]
-    assert order[order].tolist() == list(range(5))
+    assert order.tolist() == [0, 2, 1, 3, 4, 8, 7, 6, 5, 9]
+    assert order[order].tolist() == list(range(len(names)))
 
 
 def slow_peaks(share, depth):
     """As the docstring says it, for one joint."""
     left, out = share.astype(np.float64).copy(), []
+    v, u = np.mgrid[: left.shape[0], : left.shape[1]]
+
+    def around(r, c, n):
+        return (abs(v - r) <= n) & (abs(u - c) <= n)
+
     for _ in range(N_PEAKS):
-        r, c = np.unravel_index(left.argmax(), left.shape)
+        held = np.array([[left[around(r, c, NEAR)].sum() for c in u[0]] for r in v[:, 0]])
+        r, c = np.unravel_index(np.where(left > 0.0, held, 0.0).argmax(), left.shape)
         if left[r, c] <= 0.0:
             break
-        window = np.zeros(left.shape, bool)
-        window[max(0, r - REACH) : r + REACH + 1, max(0, c - REACH) : c + REACH + 1] = True
-        weight = np.where(window, left, 0.0)
-        v, u = np.mgrid[: left.shape[0], : left.shape[1]]
-        total = weight.sum()
-        out.append((total, (weight * v).sum() / total, (weight * u).sum() / total, (weight * depth).sum() / total))
-        left[window] = 0.0
-    return sorted(out, key=lambda row: -row[0])
+        at = np.array([r, c, 0.0])
+        for _ in range(N_STEPS):
+            bell = np.exp(-0.5 * ((v - at[0]) ** 2 + (u - at[1]) ** 2) / WIDTH**2)
+            weight = left * bell * around(r, c, REACH)
+            at = np.array([(weight * of).sum() for of in (v, u, depth)]) / weight.sum()
+        out.append((held[r, c], *at))
+        left[around(r, c, NEAR)] = 0.0
+    return out
 
 
 def test_peaks_are_those_of_the_slow_twin():
@@ -69,14 +75,15 @@ def test_peaks_are_those_of_the_slow_twin():
 @pytest.mark.parametrize("kind", ["mse", "cross_entropy"])
 def test_a_bell_between_cells_is_found_between_cells(kind):
     v, u = np.mgrid[:30, :24]
-    bell = np.exp(-0.5 * ((v - 12.3) ** 2 + (u - 7.6) ** 2) / 1.2**2)[None].astype(np.float32)
+    bell = np.exp(-0.5 * ((v - 12.3) ** 2 + (u - 7.6) ** 2) / SIGMA**2)[None].astype(np.float32)
     heat = bell if kind == "mse" else np.log(bell + 1e-6)
     peaks = find_peaks(shares_of(heat, kind), np.full_like(bell, 0.4))
     np.testing.assert_allclose(peaks.place[0, 0], (12.3, 7.6, 0.4), atol=0.12)
-    assert peaks.spread[0] == pytest.approx(1.2, abs=0.15)
+    assert peaks.spread[0] == pytest.approx(SIGMA, abs=0.15)
 
 
-def test_four_scales_are_needed():
-    with pytest.raises(ValueError, match="channels=\\[8, 8\\] must be four numbers"):
-        HeatmapConfig(channels=(8, 8))
-    assert VIEW.height % (8 * STRIDE) == VIEW.width % (8 * STRIDE) == 0
+@pytest.mark.parametrize("name", ["channels", "blocks"])
+def test_three_scales_are_needed(name):
+    with pytest.raises(ValueError, match=f"{name}=\\[8, 8\\] must be three numbers"):
+        HeatmapConfig(**{name: (8, 8)})
+    assert VIEW.height % (4 * STRIDE) == VIEW.width % (4 * STRIDE) == 0

@@ -9,7 +9,7 @@ from toy_libraries import objects_of, poses_of
 from forests.growing import GrowthConfig
 from forests.oarf.config import OARFConfig
 from forests.rwf.config import RWFConfig
-from pipelines.ablate.config import ROWS, AblationConfig, CorpusConfig, load_config, merged
+from pipelines.ablate.config import FOREST_ROWS, AblationConfig, CorpusConfig, load_config, merged
 from pipelines.ablate.libraries import Libraries, Library
 from pipelines.ablate.plan import QUESTIONS, make_plan
 from pipelines.cli import main
@@ -95,8 +95,8 @@ def test_other_sources_change_the_keys_of_what_they_make(monkeypatch, place, wha
 
 def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
     main = make_plan(CONFIG).conditions[0]
-    assert main.rows == ROWS
-    assert [len(main.of_row(row)) for row in ROWS] == [2, 2, 2, 1, 1]
+    assert main.rows == FOREST_ROWS
+    assert [len(main.of_row(row)) for row in FOREST_ROWS] == [2, 2, 2, 1, 1]
     assert len({job.training.key for job in main.scorings}) == len(main.scorings) == 8
     for name in ("corpus", "train", "val", "sensor"):
         assert len({getattr(job.training, name) for job in main.scorings}) == 1
@@ -104,6 +104,33 @@ def test_every_method_of_a_seed_has_the_same_frames_and_its_own_model():
     assert [job.training.config.seed for job in main.of_row("semantic")] == [0, 1]
     layers = {row: main.of_row(row)[0].training.config.layer for row in ("rwf_body", "rwf")}
     assert layers == {"rwf_body": "body", "rwf": "composite"}
+
+
+def test_rows_of_nets_differ_in_what_they_see_and_name():
+    config = replace(CONFIG, rows=("heat_body", "heat", "heat_object", "heat_classes"))
+    main = make_plan(replace(config, questions=())).conditions[0]
+    told = {job.training.row: (job.training.config.layer, job.training.config.naming) for job in main.scorings}
+    assert told == {
+        "heat_body": ("body", "none"),
+        "heat": ("composite", "none"),
+        "heat_object": ("composite", "one_class"),
+        "heat_classes": ("composite", "each_class"),
+    }
+    assert len({job.training.key for job in main.scorings}) == 4
+    for condition in make_plan(replace(config, questions=("skeletons",))).conditions[1:]:
+        assert condition.rows == (), "nets make no skeleton of their proposals"
+
+
+@pytest.mark.parametrize(("row", "is_changed"), [("heat", True), ("rwf", False)])
+def test_models_that_are_nets_depend_on_the_nets_sources_and_on_torch(monkeypatch, row, is_changed):
+    def key(sources, version):
+        monkeypatch.setattr("pipelines.ablate.jobs.sources_digest", lambda *places: str(sources in places))
+        monkeypatch.setattr("pipelines.ablate.jobs.version_of", lambda package: version)
+        plan = make_plan(replace(CONFIG, rows=(row,), questions=()))
+        return plan.conditions[0].scorings[0].training.key
+
+    assert (key("", "1") != key("nets", "1")) is is_changed
+    assert (key("", "1") != key("", "2")) is is_changed
 
 
 SCENES = ("unhidden", "table", "laptop_table", "laptop_lap", "stroller", "clutter", "several")
@@ -238,7 +265,7 @@ def test_the_papers_size_has_the_papers_forests():
     assert (config.models["oarf"], config.corpus, config.rows) == (
         OARFConfig(learn_skeleton=False),
         CorpusConfig(),
-        ROWS,
+        FOREST_ROWS,
     )
 
 
@@ -246,7 +273,9 @@ def test_a_file_goes_before_the_size(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("n_seeds = { oarf = 3 }\n[corpus]\nseed = 5\n")
     config, demo = load_config("demo", path), load_config("demo")
-    assert config == replace(demo, n_seeds={"oarf": 3, "rwf": 1}, corpus=replace(demo.corpus, seed=5))
+    assert config == replace(
+        demo, n_seeds={"oarf": 3, "rwf": 1, "heatmap": 1}, corpus=replace(demo.corpus, seed=5)
+    )
     assert merged({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}, "d": 4}) == {"a": {"b": 3, "c": 2}, "d": 4}
 
 
@@ -257,7 +286,7 @@ def test_a_file_goes_before_the_size(tmp_path):
         ("rows = ['rwf', 'kinect']", "rows: 'kinect' is unknown; known are baseline"),
         ("rows = ['rwf', 'rwf']", "must hold at least 1 names, all different"),
         ("n_seeds = { oarf = 0 }", "n_seeds.oarf=0 must be in"),
-        ("n_seeds = { cnn = 1 }", "n_seeds: 'cnn' is unknown; known are oarf, rwf"),
+        ("n_seeds = { cnn = 1 }", "n_seeds: 'cnn' is unknown; known are oarf, rwf, heatmap"),
         ("oarf = 3", ".oarf=3 must be a table"),
         ("n_question_seeds = 2", "n_question_seeds=2 must be in 1..1"),
         ("unseen_class = 'bathtub'", "unseen_class: 'bathtub' is unknown; known are table"),

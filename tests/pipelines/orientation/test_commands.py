@@ -53,6 +53,26 @@ def test_a_model_says_what_it_was_made_of(trained, toy_corpus):
     assert not trained.with_name(trained.name + ".partial").exists()
 
 
+def test_a_card_has_the_scores_of_evaluate(trained, toy_corpus, tmp_path, capsys):
+    out = tmp_path / "card.md"
+    assert main(["card", str(trained), str(toy_corpus.path), "--sensor", "ideal", "--out", str(out)]) == 0
+    capsys.readouterr()
+    assert main(["evaluate", str(trained), str(toy_corpus.path), "--json"]) == 0
+    scores = json.loads(capsys.readouterr().out)
+    card = out.read_text()
+    low, high = scores["mean_error_deg_ci"]
+    shown = (
+        f"| all | {scores['n_frames']} | {scores['mean_error_deg']:.1f} [{low:.1f},\N{NO-BREAK SPACE}{high:.1f}] |"
+    )
+    assert shown in card
+    assert "which way a body in a depth image faces" in card
+    assert "tilt off" not in card, "bodies tell no tilt"
+    assert toy_corpus.digest[:12] in card
+    assert "\n\n|" not in card.split("### ")[1].split("## Limits")[0].split("|---|")[1], (
+        "rows follow their heading"
+    )
+
+
 def test_an_interrupted_training_goes_on_to_the_same_bytes(trained, toy_corpus, tmp_path, monkeypatch, capsys):
     from pipelines.models.checkpoints import TreeFolder
 

@@ -7,7 +7,7 @@ import pytest
 from pipelines.cli import main
 
 OPTIONS = (
-    "--n-epochs", "1", "--batch-size", "16", "--channels", "4", "4", "8", "8", "--max-frames", "30", "--seed", "5",
+    "--n-epochs", "1", "--batch-size", "16", "--channels", "4", "4", "8", "--max-frames", "30", "--seed", "5",
 )  # fmt: skip
 
 
