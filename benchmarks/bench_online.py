@@ -16,8 +16,9 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1])]
 
+
 from pipelines.corpus import Corpus  # noqa: E402
-from pipelines.metrics.finding import REACH_M, level_distances, truths_of  # noqa: E402
+from pipelines.corpus.rooms.matching import REACH_M, level_distances, truths_of  # noqa: E402
 from pipelines.online.detecting import PersonDetector  # noqa: E402
 from pipelines.online.messages import CameraPose, SkeletonResult, TrackedPersons, TrackSkeleton  # noqa: E402
 from pipelines.online.modules.inline import InlineModules  # noqa: E402
