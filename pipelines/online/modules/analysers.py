@@ -23,16 +23,20 @@ UPPER_WIDTH_M = 0.6
 """Width of a box around head and shoulders [m]."""
 
 
-class Walks:
-    """Joints by random walks from the middle of the box around head and shoulders; the whole image is walked on."""
+class Joints:
+    """Joints by a forest or net, in the person cut out of the image.
+
+    Random walks start in the middle of the box around head and shoulders.
+    """
 
     def __init__(self, settings: ModuleSettings) -> None:
         from forests.kinds import load_model
 
         self._predictor = load_model(settings.model)
-        if not self._predictor.box_joints:
+        self._is_walking = settings.kind == "walks"
+        if self._is_walking and not self._predictor.box_joints:
             raise ValueError(f"{settings.model} holds no random walk forest, which module {settings.name} needs")
-        self._predictor.predict(*_example(), (20.0, 8.0, 44.0, 30.0))
+        self._predictor.predict(*_example(), (20.0, 8.0, 44.0, 30.0) if self._is_walking else None)
 
     def analyse(self, depth: NDArray[np.uint16], job: Job) -> list[Result]:
         """Answers a job."""
@@ -40,40 +44,25 @@ class Walks:
 
     def _answer(self, depth: NDArray[np.uint16], job: Job, request: Request) -> list[Result]:
         begun = time.perf_counter()
-        estimate = self._predictor.predict(depth, job.camera, request.upper_body)
+        person = cut_out(depth, job, request)
+        if not person.any():
+            return []
+        estimate = self._predictor.predict(person, job.camera, request.upper_body if self._is_walking else None)
         if not np.isfinite(estimate.joints).any():
             return []
         result = skeleton_result(request, job.frame_id, self._predictor, estimate)
         return [replace(result, seconds=time.perf_counter() - begun)]
 
 
-class Skeleton:
-    """Joints by a forest or net that takes a person who is cut out of the image."""
+def cut_out(depth: NDArray[np.uint16], job: Job, request: Request) -> NDArray[np.uint16]:
+    """(height, width) uint16 the image without what is not near a person [mm]."""
+    from forests.finder.cutting import cut_axis
 
-    def __init__(self, settings: ModuleSettings) -> None:
-        from forests.kinds import load_model
-
-        self._predictor = load_model(settings.model)
-        self._predictor.predict(*_example())
-
-    def analyse(self, depth: NDArray[np.uint16], job: Job) -> list[Result]:
-        """Answers a job."""
-        return [answer for request in job.requests for answer in self._answer(depth, job, request)]
-
-    def _answer(self, depth: NDArray[np.uint16], job: Job, request: Request) -> list[Result]:
-        from forests.finder.cutting import cut_axis
-
-        begun = time.perf_counter()
-        # The person's own axis is among those of everybody found, unless another tracker has told of the person.
-        off = np.linalg.norm(job.axes - request.axis, axis=1)
-        is_own = off.size > 0 and off.min() < SAME_M
-        axes = job.axes if is_own else np.vstack([job.axes, request.axis])
-        person = cut_axis(depth, job.camera, axes, int(off.argmin()) if is_own else len(axes) - 1, job.floor)
-        if not person.any():
-            return []
-        estimate = self._predictor.predict(person, job.camera)
-        result = skeleton_result(request, job.frame_id, self._predictor, estimate)
-        return [replace(result, seconds=time.perf_counter() - begun)]
+    # The person's own axis is among those of everybody found, unless another tracker has told of the person.
+    off = np.linalg.norm(job.axes - request.axis, axis=1)
+    is_own = off.size > 0 and off.min() < SAME_M
+    axes = job.axes if is_own else np.vstack([job.axes, request.axis])
+    return cut_axis(depth, job.camera, axes, int(off.argmin()) if is_own else len(axes) - 1, job.floor)
 
 
 class Orientation:
@@ -140,8 +129,8 @@ def skeleton_result(
 
 
 OPENERS: Mapping[str, Callable[[ModuleSettings], Analyser]] = {
-    "walks": Walks,
-    "skeleton": Skeleton,
+    "walks": Joints,
+    "skeleton": Joints,
     "orientation": Orientation,
 }
 """By kind."""
