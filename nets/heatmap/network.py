@@ -1,7 +1,9 @@
 """The heat map net: an encoder, and a decoder that takes in what the encoder saw at each scale."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -107,12 +109,12 @@ def _twice(maps: Tensor) -> Tensor:
     return functional.interpolate(maps, scale_factor=2.0, mode="nearest")
 
 
-def names_of(weights: dict[str, object], n_joints: int) -> Names:
+def names_of(weights: Mapping[str, np.ndarray], n_joints: int) -> Names:
     """What a net with these weights is trained to tell."""
 
     def count(name: str) -> int:
         bias = weights.get(f"{name}.bias")
-        return 0 if bias is None else len(bias) - 1  # type: ignore[arg-type]
+        return 0 if bias is None else len(bias) - 1
 
     return Names(n_joints, count("part"), count("object"))
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.boxes import upper_body_box
-from forests.frames import DepthFrame, FrameSequence, Pinhole, is_known
+from forests.frames import DepthFrame, FrameSequence, Pinhole, in_order, is_known
 from nets.heatmap.config import STATES, HeatmapConfig, Layer
 from nets.patches import Window, body_window, cut_patch
 from nets.views import View
@@ -67,19 +67,20 @@ def from_patch(places: NDArray[np.floating], camera: Pinhole, window: Window, vi
     return np.stack([(u - camera.cx) * z / camera.fx, (v - camera.cy) * z / camera.fy, z], axis=-1)
 
 
-def collect_patches(frames: FrameSequence, config: HeatmapConfig) -> JointPatches:
+def collect_patches(frames: FrameSequence, config: HeatmapConfig, n_threads: int = 1) -> JointPatches:
     """Cuts the patches of all frames of which a joint is known and something is seen.
 
     Args:
         frames: The frames.
         config: How the net is trained.
+        n_threads: Frames that are read at a time; the patches do not depend on it.
     """
     view, n, n_joints = config.view, len(frames), frames.labels.n_joints
     relative = np.empty((n, *view.patch), np.int16)
     label, part = np.empty((n, *view.patch), np.uint8), np.empty((n, *view.patch), np.uint8)
-    places, states = [], []
-    for number in range(n):
-        frame = frames[number]
+    places: list[NDArray[np.float64]] = []
+    states: list[NDArray[np.int64]] = []
+    for frame in in_order(frames.__getitem__, n, n_threads):
         depth, labels = frame.depth, frame.label
         if config.layer == "body":
             depth, labels = frame.body_depth, frame.body_label

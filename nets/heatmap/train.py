@@ -30,6 +30,8 @@ from nets.runtime import repeatable, seed_of
 
 _INITIAL = 3
 """Purpose of the seed that the first weights are drawn with."""
+_PATCHES = 1
+"""Number of the piece that a checkpoint keeps the patches in."""
 
 
 def train(
@@ -50,14 +52,14 @@ def train(
         config: How.
         validation: What to calibrate on; may be empty.
         n_threads: Threads; another number gives slightly different weights.
-        checkpoint: Where to keep the state after each epoch, and to go on from.
+        checkpoint: Where to keep the patches, and the state after each epoch, and to go on from.
         on_progress: Told the share of the work that is done, 0..1.
 
     Raises:
         ValueError: Too few frames, or a cost that is not finite.
     """
     labels, names = frames.labels, frames.labels.joints
-    patches = collect_patches(frames, config)
+    patches = _kept_patches(frames, config, n_threads, checkpoint)
     settings = Fit(
         config.n_epochs, config.batch_size, "adamw", config.learning_rate, config.weight_decay, config.seed
     )
@@ -67,8 +69,21 @@ def train(
         fit(net, len(patches.depth), _Cost(net, patches, config, labels), settings, checkpoint, on_progress)
         unsure = np.full((len(OUTCOMES), len(names), N_TERMS), np.nan, np.float32)
         model = HeatmapModel(config, names, to_arrays(net), unsure)
-        held_out = collect_patches(validation, config)
+        held_out = collect_patches(validation, config, n_threads)
         return HeatmapModel(config, names, model.weights, _calibration(net, model, held_out))
+
+
+def _kept_patches(
+    frames: FrameSequence, config: HeatmapConfig, n_threads: int, checkpoint: Checkpoint | None
+) -> JointPatches:
+    """The patches of the frames; an interrupted training does not cut them anew, which may take minutes."""
+    kept = None if checkpoint is None else checkpoint.load(_PATCHES)
+    if kept is not None:
+        return JointPatches(**kept)
+    patches = collect_patches(frames, config, n_threads)
+    if checkpoint is not None:
+        checkpoint.save(_PATCHES, patches._asdict())
+    return patches
 
 
 def told_names(config: HeatmapConfig, labels: LabelTable) -> Names:
@@ -113,10 +128,10 @@ class _Cost:
         config, net = self._config, self._net
         cost = torch.zeros(())
         if net.part is not None:
-            shown = shown_in_cells(part, draws, config.view)
-            shown = np.where(draws.is_mirrored[:, None, None], self._turned[shown], shown)
+            parts = shown_in_cells(part, draws, config.view)
+            parts = np.where(draws.is_mirrored[:, None, None], self._turned[parts], parts)
             is_told = torch.from_numpy((part > 0).any(axis=(1, 2)))
-            classes = torch.from_numpy(shown.astype(np.int64))
+            classes = torch.from_numpy(parts.astype(np.int64))
             cost = cost + config.parts_weight * cell_cost(net.part(maps), classes, is_told)
         if net.object is not None:
             shown = shown_in_cells(label, draws, config.view).astype(np.int64) - self._n_parts

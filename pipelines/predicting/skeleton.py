@@ -34,6 +34,7 @@ def joint_values(estimate: JointEstimate, joints: tuple[str, ...]) -> dict[str, 
             "probability": number_value(estimate.probability[k]),
             "hidden_probability": number_value(estimate.hidden_probability[k]),
             "outside_probability": number_value(estimate.outside_probability[k]),
+            "self_hidden_probability": number_value(estimate.self_hidden_probability[k]),
             "spread": number_value(estimate.spread[k]),
             "proposals": [{"xyz": place_value(xyz), "confidence": number_value(share)} for xyz, share in found],
         }

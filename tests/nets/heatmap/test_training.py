@@ -198,22 +198,34 @@ def test_what_is_named_is_learned_and_not_asked(naming, layer, n_classes):
                 assert told[true].mean() > told[~true].mean() + 0.3
 
 
-def test_an_interrupted_training_goes_on_to_the_same_weights():
+def seen_alone(n):
+    """`collect_patches` for that many frames alone: others were cut before."""
+
+    def collected(frames, *others):
+        assert len(frames) == n
+        return collect_patches(frames, *others)
+
+    return collected
+
+
+def test_an_interrupted_training_goes_on_to_the_same_weights(monkeypatch):
     frames = toy_frames(16, 1)
     whole = train(frames, TINY, validation=toy_frames(4, 2))
     kept = {}
 
     class Stops:
-        def load(self, tree):
-            return kept.get("state")
+        def load(self, piece):
+            return kept.get(piece)
 
-        def save(self, tree, grown):
-            if "state" not in kept:
-                kept["state"] = {name: value.copy() for name, value in grown.items()}
+        def save(self, piece, grown):
+            is_first = piece == 0 and 0 not in kept
+            kept[piece] = {name: value.copy() for name, value in grown.items()}
+            if is_first:
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         train(frames, TINY, validation=toy_frames(4, 2), checkpoint=Stops())
+    monkeypatch.setattr("nets.heatmap.train.collect_patches", seen_alone(4))
     resumed = train(frames, TINY, validation=toy_frames(4, 2), checkpoint=Stops())
     for name, values in whole.weights.items():
         np.testing.assert_array_equal(values, resumed.weights[name], err_msg=name)
