@@ -26,7 +26,8 @@ class ExportSettings:
 
     Attributes:
         corpus: Folder of the corpus.
-        to: Format: exr, coco (with PNG maps), webdataset or itop (HDF5).
+        to: Format: exr, coco (with PNG maps), webdataset, itop (HDF5) or, of clips, mot
+            (MOTChallenge).
         out: New or empty folder.
         split: Split to write. By default all splits are written.
         sensor: Add the noise of this sensor model to the composite depth. By default the depth stays clean.
@@ -34,7 +35,7 @@ class ExportSettings:
     """
 
     corpus: Annotated[Path, tyro.conf.Positional]
-    to: Literal["exr", "coco", "webdataset", "itop"]
+    to: Literal["exr", "coco", "webdataset", "itop", "mot"]
     out: Path
     split: Literal["train", "val", "test"] | None = None
     sensor: str | None = None

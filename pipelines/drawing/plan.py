@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -26,7 +27,7 @@ VIEW_LENGTH = 1.2
 _SURFACES = ("floor", "wall", "ceiling")
 
 
-def room_plan(frame: RoomFrame, width: int, height: int) -> Picture:
+def room_plan(frame: RoomFrame, width: int, height: int, paths: Sequence[NDArray[np.float64]] = ()) -> Picture:
     """(height, width, 3) the room from above; x to the right, y upwards.
 
     Things are drawn as the convex hull of their floor plan, windows thin, doors as gaps, everybody as a disc with
@@ -36,6 +37,7 @@ def room_plan(frame: RoomFrame, width: int, height: int) -> Picture:
         frame: The scene.
         width: Of the picture [px].
         height: Of the picture [px].
+        paths: (n, 2) where each person goes, in order of number, world frame [m].
     """
     spec = RoomSpec.from_plain(frame.info.room)
     out = np.full((height, width, 3), palette.PAPER, np.uint8)
@@ -55,6 +57,9 @@ def room_plan(frame: RoomFrame, width: int, height: int) -> Picture:
             colour = palette.SCENE_COLOURS[SCENE_CODE[item.class_name]].tolist()
             cv2.fillConvexPoly(out, hull, [round(0.7 * value) for value in colour])
             cv2.polylines(out, [hull], True, colour, 1, cv2.LINE_AA)
+    for k, path in enumerate(paths, start=1):
+        drawn = places(np.column_stack([path, np.zeros(len(path))]))
+        cv2.polylines(out, [drawn], False, palette.PERSON_COLOURS[k].tolist(), 1, cv2.LINE_AA)
     for k, view in enumerate(frame.people, start=1):
         T = view.T_world_root
         at, ahead = places(np.stack([T[:3, 3], T[:3, 3] + 0.4 * T[:3, 0]]))

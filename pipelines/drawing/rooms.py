@@ -9,7 +9,7 @@ from pipelines.drawing.palette import Picture
 from pipelines.drawing.plan import room_plan
 from pipelines.drawing.skeletons import draw_mark, draw_truth
 from pipelines.drawing.windows import Window
-from synth.frame import RoomFrame
+from synth.frame import Frame, RoomFrame
 from synth.vocabulary import JOINT_NAMES, SCENE_CLASSES, JointState
 
 TILE_WIDTH = 288
@@ -52,7 +52,7 @@ def room_caption(frame: RoomFrame) -> str:
     return f"{info.index}  {info.room_id}  {people or 'nobody'}"
 
 
-def room_depth(frame: RoomFrame) -> Picture:
+def room_depth(frame: RoomFrame | Frame) -> Picture:
     """(height, width, 3) colours of the composite's depth, near warm, far cold."""
     seen = frame.depth[frame.depth > 0]
     near, far = (float(v) for v in np.percentile(seen, (1, 97))) if seen.size else (0.0, 1.0)

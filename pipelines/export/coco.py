@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pipelines.export.records import ExportJob, png_bytes
 from synth.frame import Frame, RoomFrame
+from synth.scene.clips.config import MAX_CAMERAS
 from synth.vocabulary import BONES, JOINT_NAMES, JointState
 
 MAPS = ("depth", "part", "occluder", "instance", "body_depth", "body_part")
@@ -82,13 +83,22 @@ def image_entry(frame: Frame, split: str) -> dict:
 def image_facts(frame: Frame | RoomFrame, split: str) -> dict:
     """What is told of every image; file_name is that of its depth map."""
     camera = frame.camera
-    return {
+    facts = {
         "id": frame.info.index,
         "file_name": f"depth/{split}/{frame.info.index:07d}.png",
         "width": camera.width,
         "height": camera.height,
         "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
         "depth_unit_m": 0.001,
+    }
+    if (moment := frame.moment) is None:
+        return facts
+    return facts | {
+        "video_id": moment.clip * MAX_CAMERAS + moment.view,
+        "frame_id": moment.time,
+        "clip": moment.clip,
+        "view": moment.view,
+        "T_world_camera": frame.T_world_camera.tolist(),
     }
 
 

@@ -62,8 +62,8 @@ def export_itop(job: ExportJob) -> None:
     n, image = len(job.indices), (header.height, header.width)
     subjects = sorted({job.corpus.info(int(i)).subject_id for i in job.indices})
     with (
-        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", LIBVER) as maps,
-        writing_hdf5(job.folder / f"{job.split}_labels.h5", LIBVER) as labels,
+        writing_hdf5(job.folder / f"{job.prefix}{job.split}_depth_map.h5", LIBVER) as maps,
+        writing_hdf5(job.folder / f"{job.prefix}{job.split}_labels.h5", LIBVER) as labels,
     ):
         for file in (maps, labels):
             describe(file, job, subjects, job.indices)

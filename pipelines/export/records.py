@@ -23,6 +23,7 @@ class ExportJob:
         folder: Where to write; there and empty at first, shared by the splits.
         sensor: Sensor model for the composite depth, or None for clean depth.
         on_frame: Called after each frame.
+        prefix: Of the names of files that hold a whole split, where each camera has its own.
     """
 
     corpus: Corpus
@@ -31,6 +32,7 @@ class ExportJob:
     folder: Path
     sensor: str | None
     on_frame: Callable[[], object] = field(repr=False)
+    prefix: str = ""
 
     def frame(self, index: int) -> Frame:
         """A frame with the sensor applied."""

@@ -5,6 +5,9 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pipelines.corpus import Corpus
 from pipelines.corpus.folder import locked_folder
 from pipelines.errors import UserError, in_words
@@ -15,6 +18,7 @@ from pipelines.export.records import ExportJob
 from pipelines.export.rooms.coco import export_room_coco
 from pipelines.export.rooms.exr import export_room_exr
 from pipelines.export.rooms.itop import export_room_itop
+from pipelines.export.rooms.mot import export_mot
 from pipelines.export.rooms.tar_shards import export_room_webdataset
 from pipelines.export.tar_shards import export_webdataset
 from pipelines.progress import Progress
@@ -33,6 +37,7 @@ ROOM_EXPORTERS: dict[str, Callable[[ExportJob], None]] = {
     "coco": export_room_coco,
     "webdataset": export_room_webdataset,
     "itop": export_room_itop,
+    "mot": export_mot,
 }
 """The same for whole scenes."""
 
@@ -54,20 +59,34 @@ def export(corpus: Corpus, to: str, out: Path, splits: tuple[str, ...] = SPLITS,
         UserError: The format is unknown, the sensor is unknown or a second one, the folder is not empty or in
             use, a package is missing, or the disk is full.
     """
-    if to not in EXPORTERS:
-        raise UserError(f"format {to!r} is unknown; known are {', '.join(EXPORTERS)}")
+    if to not in ROOM_EXPORTERS:
+        raise UserError(f"format {to!r} is unknown; known are {', '.join(ROOM_EXPORTERS)}")
     corpus.check_sensor(sensor)
-    write_split = (ROOM_EXPORTERS if corpus.header.has_rooms else EXPORTERS)[to]
+    exporters = ROOM_EXPORTERS if corpus.header.has_rooms else EXPORTERS
+    if to not in exporters:
+        raise UserError(f"{corpus.path} holds single people; {to} needs clips of whole scenes")
+    write_split = exporters[to]
     parts = {split: corpus.split(split) for split in splits}
     try:
         with _unfinished_folder(out) as beside, Progress(sum(map(len, parts.values())), "frame", "export") as bar:
             for split, indices in parts.items():
-                if len(indices):
-                    write_split(ExportJob(corpus, split, indices, beside, sensor, bar.update))
+                for prefix, chosen in _by_camera(corpus, to, indices):
+                    write_split(ExportJob(corpus, split, chosen, beside, sensor, bar.update, prefix))
             beside.replace(out)
     except OSError as error:
         raise UserError(in_words(error, out)) from error
     return sum(map(len, parts.values()))
+
+
+def _by_camera(corpus: Corpus, to: str, indices: NDArray[np.int64]) -> Iterator[tuple[str, NDArray[np.int64]]]:
+    """Prefix of the files' names and frames of what is written apart: ITOP has files of their own for each camera."""
+    n = corpus.header.cameras if to == "itop" else 1
+    is_itops = corpus.header.config.get("scene", {}).get("rig") == "front_top"
+    names = ("side_", "top_") if is_itops else tuple(f"view{k}_" for k in range(n))
+    for k in range(n):
+        chosen = indices[k::n]
+        if len(chosen):
+            yield (names[k] if n > 1 else ""), chosen
 
 
 @contextlib.contextmanager

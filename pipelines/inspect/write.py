@@ -4,9 +4,15 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
+
 from pipelines.corpus import Corpus
+from pipelines.corpus.rooms.clips import clips_of
+from pipelines.drawing.captions import bordered
+from pipelines.drawing.clips import film_strip
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.frames import contact_sheet
+from pipelines.drawing.palette import Picture
 from pipelines.drawing.rooms import room_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
@@ -17,6 +23,8 @@ from pipelines.targets import check_folder
 from storage.atomic import write_atomically
 
 FRAMES_PER_SHEET = 12
+MOMENTS = 6
+"""Moments of a film strip, which stands for so many frames of a contact sheet."""
 PAGE_NAMES = ("index.html", "statistics.json")
 """Beside the contact sheets."""
 SCHEMA = "undergrowth statistics"
@@ -63,6 +71,19 @@ def _sheet_name(k: int) -> str:
     return f"sheet_{k:02d}.png"
 
 
+def _film_strips(corpus: Corpus, sheet: int, n_frames: int, sensor: str | None) -> Picture:
+    """The strips of one sheet; sheets go through the clips as contact sheets go through the frames."""
+    clips = list(clips_of(corpus))
+    if not clips:
+        raise UserError(f"{corpus.path} has no finished clip yet")
+    chosen = first_to_last(len(clips), -(-n_frames // MOMENTS))
+    per_sheet = FRAMES_PER_SHEET // MOMENTS
+    shown = [clips[int(i)] for i in chosen[sheet * per_sheet : (sheet + 1) * per_sheet]] or clips[-1:]
+    strips = [film_strip(clip, MOMENTS, sensor) for clip in shown]
+    width = max(strip.shape[1] for strip in strips)
+    return np.vstack([bordered(strip, right=width - strip.shape[1]) for strip in strips])
+
+
 def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, zoom: float) -> list[Path]:
     places = first_to_last(len(corpus), n_frames)
     numbers = corpus.indices[places]
@@ -71,7 +92,9 @@ def _write_sheets(corpus: Corpus, out: Path, n_frames: int, sensor: str | None, 
         for k, first in enumerate(range(0, len(numbers), FRAMES_PER_SHEET)):
             shown = numbers[first : first + FRAMES_PER_SHEET]
             path = out / _sheet_name(k)
-            if corpus.header.has_rooms:
+            if "clip" in corpus.header.fields:
+                picture = _film_strips(corpus, k, len(places), sensor)
+            elif corpus.header.has_rooms:
                 picture = room_sheet([corpus.scene(int(i), sensor) for i in shown])
             else:
                 picture = contact_sheet([corpus.frame(int(i), sensor) for i in shown], zoom=zoom)

@@ -62,7 +62,7 @@ def person_entry(frame: RoomFrame, k: int) -> dict | None:
     visibility = keypoint_visibility(view.joint_state)
     keypoints = keypoints_of(frame.joints_2d(k), visibility)
     mask = alone if is_ignored else seen
-    return {
+    entry = {
         "id": frame.info.index * MAX_PEOPLE + k + 1,
         "image_id": frame.info.index,
         "category_id": 1,
@@ -81,6 +81,13 @@ def person_entry(frame: RoomFrame, k: int) -> dict | None:
         "group": record.group,
         "visible_fraction": round(record.visible_fraction, 6),
     }
+    if frame.moment is not None:
+        entry["track_id"] = frame.moment.clip * MAX_PEOPLE + record.number
+    if view.motion is not None:
+        entry["joints_world_m"] = [rounded(joint) for joint in view.motion.joints_world.tolist()]
+        entry["velocities_m_s"] = [rounded(way) for way in view.motion.velocity.tolist()]
+        entry["contacts"] = view.motion.contacts.tolist()
+    return entry
 
 
 def _in_image(frame: RoomFrame, window: tuple[slice, slice], crop: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -28,8 +28,8 @@ def export_room_itop(job: ExportJob) -> None:
     n, image = len(shown), (header.height, header.width)
     subjects = sorted({one.subject_id for i in job.indices for one in job.corpus.scene_record(int(i)).people})
     with (
-        writing_hdf5(job.folder / f"{job.split}_depth_map.h5", LIBVER) as maps,
-        writing_hdf5(job.folder / f"{job.split}_labels.h5", LIBVER) as labels,
+        writing_hdf5(job.folder / f"{job.prefix}{job.split}_depth_map.h5", LIBVER) as maps,
+        writing_hdf5(job.folder / f"{job.prefix}{job.split}_labels.h5", LIBVER) as labels,
     ):
         for file in (maps, labels):
             describe(file, job, subjects, np.array([index for index, _ in shown]))

@@ -8,7 +8,7 @@ import numpy as np
 from pipelines.corpus.frameinfo import info_line
 from pipelines.export.records import ExportJob, png_bytes
 from pipelines.export.tar_shards import write_tars
-from synth.frame import RoomFrame
+from synth.frame import PersonView, RoomFrame
 from synth.vocabulary import N_JOINTS
 
 MAPS = ("depth", "part", "person", "occluder", "instance")
@@ -17,6 +17,17 @@ MAPS = ("depth", "part", "person", "occluder", "instance")
 def export_room_webdataset(job: ExportJob) -> None:
     """Writes SPLIT-NUMBER.tar; the same corpus gives the same bytes."""
     write_tars(job, lambda index: room_members(job.scene(index)))
+
+
+def _motion(view: PersonView) -> dict[str, object]:
+    """How a person of a clip moves; nothing of single moments."""
+    if view.motion is None:
+        return {}
+    return {
+        "joints_world": view.motion.joints_world.tolist(),
+        "joint_velocity": view.motion.velocity.tolist(),
+        "contacts": view.motion.contacts.tolist(),
+    }
 
 
 def room_members(frame: RoomFrame) -> dict[str, bytes]:
@@ -35,6 +46,7 @@ def room_members(frame: RoomFrame) -> dict[str, bytes]:
                 "angles": view.angles.tolist(),
                 "T_world_root": view.T_world_root.tolist(),
             }
+            | _motion(view)
         )
     buffer = io.BytesIO()
     joints = [view.joints for view in frame.people]
@@ -46,5 +58,7 @@ def room_members(frame: RoomFrame) -> dict[str, bytes]:
         "T_world_camera": frame.T_world_camera.tolist(),
         "views": people,
     }
+    if (moment := frame.moment) is not None:
+        record |= {"clip": moment.clip, "time": moment.time, "view": moment.view}
     out["json"] = json.dumps(record).encode()
     return out

@@ -10,7 +10,16 @@ from synth.bodies.motion.curves import Array, bump, drift, smooth_below, smoothe
 from synth.bodies.motion.foot import foot_shapes
 from synth.bodies.motion.itinerary import Itinerary
 from synth.bodies.motion.legs import LEG_DOFS, solve_legs
-from synth.bodies.motion.overlays import ELBOWS, HEAD_DOFS, SHOULDERS, TRUNK_DOFS, Gesture, Sit
+from synth.bodies.motion.overlays import (
+    ABDUCTIONS,
+    ELBOWS,
+    HEAD_DOFS,
+    ROTATIONS,
+    SHOULDERS,
+    TRUNK_DOFS,
+    Gesture,
+    Sit,
+)
 from synth.bodies.motion.record import Motion
 from synth.bodies.motion.steps import FootTrack, track_foot
 from synth.bodies.skeleton import DOF_IDX, LOWER, UPPER
@@ -28,10 +37,14 @@ LIST = np.radians(3.0)
 """The pelvis sinks to the side of the foot in the air by this [rad]."""
 PELVIS_TURN = 0.16
 """The pelvis turns with the foremost foot, for each metre that it is ahead [rad/m]."""
-ARM_SWING = 0.62
+ARM_SWING = 0.56
 """The arms swing against the feet, for each metre that one foot is ahead of the other [rad/m]."""
-LEAN = np.radians(3.0)
-"""A walker leans forward by this at 1.2 m/s [rad]."""
+ARM_BACK = np.radians(7.0)
+"""The middle of the swing is behind where arms hang when standing, by this [rad]."""
+ARM_OUT = np.radians(4.0)
+"""A walker's arms hang farther out by this [rad]."""
+LEAN = np.radians(7.5)
+"""A walker's pelvis is bent forward by this at 1.2 m/s, so that the hips reach farther back [rad]."""
 LOOK_AHEAD = 0.45
 """The head turns where the body will in so much time [s]."""
 MOST_BENT = np.radians(15.0)
@@ -39,6 +52,8 @@ MOST_BENT = np.radians(15.0)
 N_ROLLS = 3
 SIT_LEAN = np.radians(27.0)
 """The trunk bends forward by this on the way to a seat and from it, at the hips [rad]."""
+ARMS_RAISED = 28.0
+"""Shoulders and elbows bend by this more on the way to a seat and from it [degrees]."""
 TRUNK_DRIFT = np.radians(0.7)
 """Trunk hinges wander by about this [rad]; the head by twice as much."""
 
@@ -89,6 +104,9 @@ def composed(plan: Plan, rng: np.random.Generator) -> Motion:
     for sit in plan.sits:
         share = sit.share(seconds)[:, None]
         angles += share * (sit.pose.angles - angles)
+        raised = np.radians(ARMS_RAISED) * bump(share)
+        angles[:, SHOULDERS] += raised
+        angles[:, ELBOWS] += raised
     for gesture in plan.gestures:
         gesture.blend(angles, seconds)
     T_root, feet = _on_legs(plan, T_root, feet, angles, seconds)
@@ -187,7 +205,7 @@ def _set_upper(
     angles[:, DOF_IDX["lumbar_rotation"]] += 0.6 * twist
     angles[:, DOF_IDX["thorax_rotation"]] += 1.2 * twist
     angles[:, DOF_IDX["lumbar_lateral"]] -= 0.7 * LIST * carries * moving
-    angles[:, DOF_IDX["thorax_flexion"]] += 0.4 * LEAN * moving
+    angles[:, DOF_IDX["lumbar_flexion"]] -= 0.55 * LEAN * np.minimum(speed / 1.2, 1.3)
     angles[:, DOF_IDX["neck_rotation"]] -= 0.4 * twist
     angles[:, DOF_IDX["head_rotation"]] -= 0.4 * twist
     later = np.minimum(np.arange(n) + round(LOOK_AHEAD * rate), n - 1)
@@ -196,8 +214,11 @@ def _set_upper(
         angles[:, DOF_IDX[name]] += share * look
     swing = smoothed(ARM_SWING * stride, 0.04, rate)
     for k, way in ((0, -swing), (1, swing)):
-        angles[:, SHOULDERS[k]] += way
-        angles[:, ELBOWS[k]] += 0.275 * (way + np.sqrt(way**2 + 0.01)) + 0.12 * moving
+        angles[:, SHOULDERS[k]] += way - ARM_BACK * moving
+        bend = 0.275 * (way + np.sqrt(way**2 + 0.01)) + 0.1 * moving
+        angles[:, ELBOWS[k]] += bend
+        angles[:, ABDUCTIONS[k]] += ARM_OUT * moving
+        angles[:, ROTATIONS[k]] -= 0.8 * bend
 
 
 def _heights(plan: Plan, T_root: Array, placed: dict[str, Array], rate: float) -> Array:

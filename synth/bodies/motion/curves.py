@@ -21,6 +21,12 @@ def eased(share: ArrayLike) -> Array:
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u * u))
 
 
+def swung(share: ArrayLike) -> Array:
+    """Goes from 0 to 1 with less acceleration than `eased`, half of which is there at once."""
+    u = np.clip(np.asarray(share, np.float64), 0.0, 1.0)
+    return np.asarray(0.5 * eased(u) + 0.25 * (1.0 - np.cos(np.pi * u)))
+
+
 def bump(share: ArrayLike) -> Array:
     """Goes from 0 to 1 and back to 0, smoothly; 0 outside of 0..1."""
     u = np.clip(np.asarray(share, np.float64), 0.0, 1.0)

@@ -10,7 +10,7 @@ from synth.bodies.motion.steps import SWING, Footfall
 Footing = tuple[float, float, float]
 SPEED_UP = 0.8
 """Time to get up to speed, and to stop [s]."""
-CADENCE = (1.2, 0.55)
+CADENCE = (0.95, 0.66)
 """Steps a second of legs of 0.9 m: at no speed, and more with each m/s; a fit to Winter's (2009) slow to fast gait."""
 REFERENCE_LEG = 0.9
 """Leg of those steps [m]; shorter legs step faster, by the square root."""

@@ -95,5 +95,10 @@ class Sit:
         return (seconds >= self.seated) & (seconds <= self.rise)
 
 
-ELBOWS = np.array([DOF_IDX["l_elbow_flexion"], DOF_IDX["r_elbow_flexion"]])
-SHOULDERS = np.array([DOF_IDX["l_shoulder_flexion"], DOF_IDX["r_shoulder_flexion"]])
+def _both(name: str) -> NDArray[np.int64]:
+    return np.array([DOF_IDX[f"{side}_{name}"] for side in "lr"])
+
+
+ELBOWS, SHOULDERS = _both("elbow_flexion"), _both("shoulder_flexion")
+ABDUCTIONS, ROTATIONS = _both("shoulder_abduction"), _both("shoulder_rotation")
+"""Left and right hinge of each."""

@@ -6,21 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from synth.bodies.motion.curves import Array, bump, eased, smoothed
+from synth.bodies.motion.curves import Array, bump, eased, smoothed, swung
 from synth.bodies.motion.foot import TOES_LIMIT, FootShape
 
-SWING = 0.8
-"""A foot is in the air for this share of the time from one step to the next: 40 % of a stride (Winter 2009)."""
+SWING = 0.84
+"""A foot is in the air for this share of the time from one step to the next: 42 % of a stride (Winter 2009: 40 %)."""
 FULL_STRIDE = 1.3
 """Feet roll fully in strides of this length, and less in shorter ones [m]."""
-OFF, ON = np.radians(52.0), np.radians(20.0)
+OFF, ON = np.radians(46.0), np.radians(18.0)
 """Pitch of the foot, heel up, when it leaves the floor, and toes up, when it comes down; Winter (2009), rounded."""
-ROLL_ON, ROLL_OFF = 0.24, 0.62
+ROLL_ON, ROLL_OFF = 0.34, 0.62
 """How long the foot comes down flat after landing, and rolls off before it leaves, in steps."""
 # Pitch in the air over that at its ends, by the share of the swing: it goes on rising, then the toes come up.
 _RISING = PchipInterpolator((0.0, 0.1, 0.3, 0.62, 0.8, 1.0), (1.0, 1.1, 0.8, 0.12, 0.0, 0.0))
 _TURNED_UP = PchipInterpolator((0.0, 0.5, 0.88, 1.0), (0.0, 0.1, 1.0, 1.0))
-EARLY = 0.82
+EARLY = 0.88
 """Feet hurry more in the first half of a step than in the second: exponent of the time's share."""
 CLEARANCE = 0.02
 """How high the sole is lifted in the middle of a long step, beyond what rolling asks for [m]."""
@@ -115,7 +115,7 @@ def track_foot(
     for k, fall in enumerate(falls):
         after = np.array(fall.footing)
         share = (seconds - fall.lift) / (fall.land - fall.lift)
-        way = eased(np.clip(share, 0.0, 1.0) ** EARLY)[:, None]
+        way = swung(np.clip(share, 0.0, 1.0) ** EARLY)[:, None]
         footing[share > 0.0] = (before + way * (after - before))[share > 0.0]
         is_up = (share > 0.0) & (share < 1.0)
         swing[is_up] = share[is_up]

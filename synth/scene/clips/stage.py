@@ -157,7 +157,7 @@ class StageDraw:
         group: int,
     ) -> Actor | None:
         """A walker, or who sits on a seat, who keeps out of everybody's way."""
-        subject = self.draw.subject(is_seated=False) if seat is None else seat[0]
+        subject = self._walker() if seat is None else seat[0]
         seconds = self.config.clip / self.config.fps
         for _ in range(TRIES):
             drawing = ActorDraw(subject, router, seconds, self.stride * self.config.fps, self.rng)
@@ -172,6 +172,13 @@ class StageDraw:
             if actor is not None and self._keeps_apart(actor, track, others):
                 return actor
         return None
+
+    def _walker(self) -> Subject:
+        """Somebody on their feet; a long skirt, which would not give way to the legs, stays at home."""
+        subject = self.draw.subject(is_seated=False)
+        if subject.body.spec.bottom != "long_skirt":
+            return subject
+        return self.draw.pools.subject(self.draw.split, int(subject.subject_id.rsplit("/", 1)[1]), is_seated=True)
 
     def _keeps_apart(self, actor: Actor, track: NDArray[np.float64], others: list[Actor]) -> bool:
         places = actor.places()[:: self.stride][: len(track)]
@@ -229,7 +236,7 @@ class StageDraw:
     ) -> bool:
         """People who stand on a circle and look at its middle, or anywhere if there is only one."""
         seconds = self.config.clip / self.config.fps
-        subjects = [self.draw.subject(is_seated=False) for _ in range(n_people)]
+        subjects = [self._walker() for _ in range(n_people)]
         for _ in range(TRIES):
             middle = self._places(eye, router, 1)
             if not len(middle):
