@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from pipelines.drawing import palette
-from pipelines.drawing.clips import people_over_depth
+from pipelines.inspect.strips import people_over_depth
 from synth.frame import RoomFrame
 from synth.render.sensors import apply_sensor
 from synth.scene import ClipSource, SceneConfig

@@ -9,7 +9,6 @@ import numpy as np
 from pipelines.corpus import Corpus
 from pipelines.corpus.rooms.clips import clips_of
 from pipelines.drawing.captions import bordered
-from pipelines.drawing.clips import film_strip
 from pipelines.drawing.files import write_picture
 from pipelines.drawing.frames import contact_sheet
 from pipelines.drawing.palette import Picture
@@ -17,6 +16,7 @@ from pipelines.drawing.rooms import room_sheet
 from pipelines.errors import UserError
 from pipelines.inspect.page import statistics_page
 from pipelines.inspect.statistics import statistics_of
+from pipelines.inspect.strips import film_strip
 from pipelines.progress import Progress
 from pipelines.spread import first_to_last
 from pipelines.targets import check_folder

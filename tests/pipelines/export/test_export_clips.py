@@ -9,10 +9,10 @@ import pytest
 
 from pipelines import Corpus, clips_of
 from pipelines.corpus import write_corpus
-from pipelines.drawing.clips import film_strip
 from pipelines.errors import UserError
 from pipelines.export.write import export
 from pipelines.generation.drawn import drawn_order
+from pipelines.inspect.strips import film_strip
 from pipelines.inspect.write import write_inspection
 from synth.scene import SceneConfig
 from synth.scene.config import SplitShares
