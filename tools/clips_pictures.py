@@ -22,7 +22,7 @@ from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
 FPS = 10
 STEPS = 100
 SIZE = (256, 212)
-KINDS = {"living": (23, 3), "office": (21, 4), "hall": (27, 5)}
+KINDS = {"living": (23, 3), "office": (21, 4), "hall": (47, 4)}
 """Seed and number of people by kind of room."""
 
 
