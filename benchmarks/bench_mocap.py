@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from pipelines.commands.import_mocap import MocapSettings
+from pipelines.commands.importing.mocap import MocapSettings
 from pipelines.importing.subjects import trial_and_subject
 from synth.bodies.body import Pose
 from synth.bodies.mocap.bvh import Bvh, parse_bvh

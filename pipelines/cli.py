@@ -66,9 +66,9 @@ COMMANDS = {
     "report": Command("report", "ReportSettings", "write an ablation as one HTML page"),
     "export": Command("export", "ExportSettings", "write a corpus as exr, coco, webdataset or itop"),
     "export-model": Command("export", "ExportModelSettings", "write a trained net as an ONNX graph"),
-    "import mocap": Command("import_mocap", "MocapSettings", "make a library of poses from BVH files"),
-    "import depth": Command("import_depth", "DepthSettings", "make a corpus from recorded depth images"),
-    "import meshes": Command("import_meshes", "MeshSettings", "make a library of objects from meshes"),
+    "import mocap": Command("importing.mocap", "MocapSettings", "make a library of poses from BVH files"),
+    "import depth": Command("importing.depth", "DepthSettings", "make a corpus from recorded depth images"),
+    "import meshes": Command("importing.meshes", "MeshSettings", "make a library of objects from meshes"),
 }
 
 

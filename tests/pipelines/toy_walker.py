@@ -5,7 +5,7 @@ import json
 import cv2
 import numpy as np
 
-from pipelines.commands.import_depth import DepthSettings
+from pipelines.commands.importing.depth import DepthSettings
 from pipelines.generation.writing import write_shown
 from pipelines.recordings.poses import camera_pose
 from synth.camera import Camera

@@ -52,7 +52,7 @@ def _frames(folder: Path) -> Format:
 
 
 def _importer(recording: Path, layout: str) -> Callable[[Path], object]:
-    from pipelines.commands.import_depth import DepthSettings
+    from pipelines.commands.importing.depth import DepthSettings
     from pipelines.corpus import Corpus
     from pipelines.generation.writing import write_shown
 
@@ -72,7 +72,7 @@ def _importer(recording: Path, layout: str) -> Callable[[Path], object]:
 
 def _bvh(folder: Path) -> Format:
     """A damaged recording beside a whole one, which must be imported."""
-    from pipelines.commands.import_mocap import MocapSettings
+    from pipelines.commands.importing.mocap import MocapSettings
 
     path = samples.recordings(folder / "in")
 
@@ -97,7 +97,7 @@ def _mesh(suffix: str) -> Callable[[Path], Format]:
 
 
 def _mesh_reader(folder: Path, index: Path | None = None) -> Callable[[Path], object]:
-    from pipelines.commands.import_meshes import MeshSettings
+    from pipelines.commands.importing.meshes import MeshSettings
 
     def read(path: Path) -> object:
         settings: dict[str, Any] = {"class_name": "other", "up": "z", "unit": "m"}

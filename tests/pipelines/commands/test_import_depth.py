@@ -22,7 +22,7 @@ from toy_recording import (
 )
 
 from pipelines.cli import main
-from pipelines.commands.import_depth import DepthSettings
+from pipelines.commands.importing.depth import DepthSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from pipelines.corpus.laws import broken_laws

@@ -9,7 +9,7 @@ import pytest
 from toy_recording import LAYOUT, NAMES, imported, write_layout, write_recording
 
 from pipelines.cli import main
-from pipelines.commands.import_depth import DepthSettings
+from pipelines.commands.importing.depth import DepthSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from synth.vocabulary import JointState

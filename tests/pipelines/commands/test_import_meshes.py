@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipelines.commands.generate import GenerateSettings
-from pipelines.commands.import_meshes import MeshSettings
+from pipelines.commands.importing.meshes import MeshSettings
 from pipelines.errors import UserError
 from synth.occluders.imported.sizes import TO_UPRIGHT
 from tests.shared_data import SHARED

@@ -8,7 +8,7 @@ import pytest
 
 from pipelines import foreign
 from pipelines.cli import main
-from pipelines.commands.import_mocap import MocapSettings
+from pipelines.commands.importing.mocap import MocapSettings
 from pipelines.corpus import Corpus
 from pipelines.corpus.faults import faults
 from pipelines.errors import UserError

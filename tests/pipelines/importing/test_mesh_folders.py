@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipelines.commands.import_meshes import MeshSettings
+from pipelines.commands.importing.meshes import MeshSettings
 from pipelines.errors import UserError
 from pipelines.importing.index import read_index
 from pipelines.importing.listing import listed, mesh_files

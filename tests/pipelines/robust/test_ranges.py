@@ -18,9 +18,9 @@ from pipelines.commands.ablate import AblateSettings
 from pipelines.commands.demo import DemoSettings
 from pipelines.commands.evaluate import EvaluateSettings
 from pipelines.commands.generate import GenerateSettings
-from pipelines.commands.import_depth import DepthSettings
-from pipelines.commands.import_meshes import MeshSettings
-from pipelines.commands.import_mocap import MocapSettings
+from pipelines.commands.importing.depth import DepthSettings
+from pipelines.commands.importing.meshes import MeshSettings
+from pipelines.commands.importing.mocap import MocapSettings
 from pipelines.commands.inspect import InspectSettings
 from pipelines.commands.predict import PredictSettings
 from pipelines.commands.train import settings_of
