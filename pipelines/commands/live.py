@@ -45,6 +45,7 @@ class LiveSettings:
         head: An exported orientation net (.onnx) of heads: where they look.
         record: MCAP file to write, with everything that was told.
         camera_name: Name of the camera in the topics of the recording.
+        view: Serve a page that shows everything, on this port of this machine; 0 = none.
         realtime: Play images at the speed at which they were taken, and leave out those that come too late. Without,
             every image waits for all answers about the last.
         processes: Run each module in a process of its own. Without, all run one after the other.
@@ -71,6 +72,7 @@ class LiveSettings:
     head: Path | None = None
     record: Path | None = None
     camera_name: str = "rgbd_front_top"
+    view: int = 0
     realtime: bool = False
     processes: bool = True
     frames: int = 0
@@ -117,6 +119,13 @@ class LiveSettings:
 
                 recorder = stack.enter_context(Recorder(self.record, self.camera_name))
                 system.bus.subscribe(object, recorder.take)
+            if self.view:
+                from pipelines.viewer.page import Page
+
+                page = Page(self.view)
+                stack.callback(page.close)
+                system.bus.subscribe(object, page.take)
+                log.info("%s shows it", page.address)
             self._play(system, source)
         for sentence in [*statistics.sentences(), *notices.summary()]:
             log.info("%s", sentence)
