@@ -1,7 +1,7 @@
 """What rooms cost: the answers of the ablation's question `rooms`, with 95 % intervals from resamples of the scenes.
 
-undergrowth ablate --size demo --config examples/ablate_rooms.toml --out out/ablate_rooms
-python benchmarks/score_rooms.py out/ablate_rooms --config examples/ablate_rooms.toml
+undergrowth ablate --size demo --config examples/ablate/rooms.toml --out out/ablate_rooms
+python benchmarks/score_rooms.py out/ablate_rooms --config examples/ablate/rooms.toml
 """
 
 import argparse

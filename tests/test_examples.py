@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pipelines.ablate.config import load_config
 from pipelines.commands.generate import GenerateSettings
 from pipelines.corpus import Corpus
 from pipelines.generation.writing import write_shown
@@ -38,8 +39,14 @@ def test_an_example_runs(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
 def test_settings_of_a_corpus_make_frames(path: Path, tmp_path: Path) -> None:
     given = GenerateSettings.from_toml(path)
-    small = replace(given, out=tmp_path / "corpus", frames=4)
+    n_frames = max(4, given.scene.frames_a_scene)
+    small = replace(given, out=tmp_path / "corpus", frames=n_frames)
     write_shown(small.out, small.order(), 1)
     corpus = Corpus.open(small.out)
-    assert len(corpus) == 4
+    assert len(corpus) == n_frames
     assert corpus.camera(0).name == given.scene.camera
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples/ablate").glob("*.toml")), ids=lambda path: path.stem)
+def test_settings_of_an_ablation_ask_a_question(path: Path) -> None:
+    assert load_config("demo", path).questions == (path.stem,)

@@ -95,11 +95,15 @@ def test_a_faulty_module_comes_back_while_the_others_go_on(started, fault, monke
         if stamp == 3 and fault == "kill":
             os.kill(modules.process_id("bad"), signal.SIGKILL)
         end = time.monotonic() + 20
-        while time.monotonic() < end and (not answered["good"] or answered["good"][-1] < stamp):
+        while time.monotonic() < end:
             told = modules.collect(0.02)
             notices += told.notices
             for result in told.results:
                 answered[result.module].append(result.stamp)
+            # The newest image wins: one that comes before the last is answered may never be looked at.
+            is_bad_done = stamp > 3 or bool(notices) or stamp in answered["bad"][-1:]
+            if is_bad_done and stamp in answered["good"][-1:]:
+                break
     assert answered["good"] == [1, 2, 3, 4, 5]
     ask(modules, 9, ["bad"])
     results, more = gather(modules, 30)

@@ -433,7 +433,7 @@ def test_every_method_has_a_kind_that_is_described():
 
 
 def test_of_each_kind_the_method_that_knows_most_is_drawn():
-    assert shown_methods(METHODS) == ("semantic", "rwf")
+    assert shown_methods(METHODS) == ("semantic", "rwf", "heat_classes")
     assert shown_methods(("rwf_body", "baseline")) == ("baseline", "rwf_body")
     assert shown_methods(("occluders",)) == ("occluders",)
 
