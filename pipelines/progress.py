@@ -9,6 +9,8 @@ DELAY_S = 2.0
 """Work shorter than this shows no bar."""
 LINE_S = 30.0
 """Time between two lines where standard error is no terminal."""
+LEAST_SHARE = 0.02
+"""Before so much is done, the time left is not told: what was slow so far is the start."""
 
 Item = TypeVar("Item")
 
@@ -89,7 +91,7 @@ class Progress:
         share = f"{100.0 * self.done / self._total:.0f} %"
         counted = f"{self.done:.0f} of {self._total:.0f} {self._unit}s" if self._unit else share
         words = [f"{self._name}: {counted}" if self._name else counted, _duration(elapsed)]
-        if self.done > self._n_earlier:
+        if self.done - self._n_earlier >= LEAST_SHARE * self._total:
             left = elapsed * (self._total - self.done) / (self.done - self._n_earlier)
             words.append(f"{_duration(left)} left")
         return ", ".join(words)
