@@ -42,7 +42,7 @@ def cpu_of(call):
     return time.thread_time() - start
 
 
-_OF_JOINTS = ("start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m")
+_OF_JOINTS = ("start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m", "n_walks")
 
 
 def upper_body(model: RWFModel) -> RWFModel:
@@ -95,9 +95,13 @@ def time_twin(model: RWFModel, views: list[View]) -> float:
     return cpu_of(ask_all) / N_SLOW_FRAMES
 
 
-def ask(model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True) -> tuple[np.ndarray, np.ndarray]:
-    """Errors [m] and probabilities, (n_views, n_joints), of walks from starts moved sideways."""
+def ask(
+    model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Errors [m] and probabilities, (n_views, n_joints), of walks from starts moved sideways; CPU seconds a frame."""
     walker = Predictor(model, is_fitted)
+    walker.predict_joints(views[0].depth, views[0].camera, start=views[0].start)
+    seconds = 0.0
     rng = np.random.default_rng(seed)
     error, probability = np.empty((2, len(views), len(model.joints)))
     for i, view in enumerate(views):
@@ -105,22 +109,24 @@ def ask(model: RWFModel, views: list[View], offset_m=0.0, seed=0, is_fitted=True
         moved = view.start + np.float32([offset_m * np.cos(angle), offset_m * np.sin(angle), 0])
         fx, fy, cx, cy = (float(v) for v in view.intrinsics)
         camera = Camera(view.depth.shape[1], view.depth.shape[0], fx, fy, cx, cy)
+        begun = time.thread_time()
         estimate = walker.predict_joints(view.depth, camera, start=moved)
+        seconds += time.thread_time() - begun
         error[i] = np.linalg.norm(estimate.joints - view.joints, axis=1)
         probability[i] = estimate.probability
-    return error, probability
+    return error, probability, seconds / len(views)
 
 
 def score(
     model: RWFModel, views: list[View], is_occluded: np.ndarray, offset_m=0.0, seed=0, is_fitted=True
 ) -> str:
-    """Shares of the joints within 10 cm, and the mean error."""
-    error, _ = ask(model, views, offset_m, seed, is_fitted)
+    """Shares of the joints within 10 cm, the mean error, and frames a second on one core."""
+    error, _, seconds = ask(model, views, offset_m, seed, is_fitted)
     is_within = error <= WITHIN_M
     shares = (100 * is_within.mean(), 100 * is_within[~is_occluded].mean(), 100 * is_within[is_occluded].mean())
     upper = 100 * is_within[:, :9].mean()
-    return "{:5.1f} % ({:.1f} seen, {:.1f} hidden; upper {:.1f}), mean {:.1f} cm".format(
-        *shares, upper, 100 * error.mean()
+    return "{:5.1f} % ({:.1f} seen, {:.1f} hidden; upper {:.1f}), mean {:.1f} cm, {:.0f} frames/s".format(
+        *shares, upper, 100 * error.mean(), 1 / seconds
     )
 
 
@@ -151,7 +157,8 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
     plan, n_trees = model.plan, len(model.experts[0])
     for n_walks, n_steps in ((8, 3), (16, 3), (32, 1), (32, 2), (32, 3), (32, 5), (64, 3)):
         arriving = np.minimum(plan.n_arriving, n_steps - 1).astype(np.int32)
-        changed = replace(model, plan=plan._replace(n_walks=n_walks, n_steps=n_steps, n_arriving=arriving))
+        counts = np.full_like(plan.n_walks, n_walks)
+        changed = replace(model, plan=plan._replace(n_walks=counts, n_steps=n_steps, n_arriving=arriving))
         print(f"{n_walks:3d} walkers, {n_steps:2d} steps     {score(changed, views, is_occluded)}")
     for trees in ([tree] for tree in range(n_trees)), (range(n) for n in range(2, n_trees + 1)):
         for kept in map(list, trees):
@@ -162,7 +169,7 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
 
 def report_calibration(model: RWFModel, views: list[View], is_occluded: np.ndarray) -> None:
     """Expected error of the probability of being within 10 cm, over all joints and over some."""
-    error, probability = ask(model, views)
+    error, probability, _ = ask(model, views)
     is_within = error <= WITHIN_M
     is_upper = np.broadcast_to([name in UPPER_BODY for name in model.joints], error.shape)
     parts = {"all": np.full(error.shape, True), "upper body": is_upper, "the others": ~is_upper}

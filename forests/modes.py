@@ -222,10 +222,10 @@ def quick_climb(cells: np.ndarray, start: int, modes: np.ndarray, n_modes: int) 
         Number of modes, one more than before unless it ends near one that is known.
     """
     x, y, z = cells[0, start], cells[1, start], cells[2, start]
-    weight = 0.0
+    weight = np.float32(0.0)
     for _ in range(QUICK_MAX_STEPS):
         weight, sx, sy, sz = quick_sums(cells, x, y, z)
-        nx, ny, nz = np.float32(sx / weight), np.float32(sy / weight), np.float32(sz / weight)
+        nx, ny, nz = sx / weight, sy / weight, sz / weight
         step = (nx - x) ** 2 + (ny - y) ** 2 + (nz - z) ** 2
         x, y, z = nx, ny, nz
         for k in range(n_modes):
@@ -239,8 +239,8 @@ def quick_climb(cells: np.ndarray, start: int, modes: np.ndarray, n_modes: int) 
 
 @njit(cache=True, nogil=True, fastmath=_QUICK_SUMS)
 def quick_sums(cells: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Sums of w k, w k x, w k y, w k z over the cells, k = exp(-|x - x_i|^2)."""
-    total, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+    """Sums of w k, w k x, w k y, w k z over the cells, k = exp(-|x - x_i|^2), float32."""
+    total, sx, sy, sz = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(0.0)
     cx, cy, cz, cw = cells[0], cells[1], cells[2], cells[3]
     for k in range(cells.shape[1]):
         dx, dy, dz = cx[k] - x, cy[k] - y, cz[k] - z

@@ -52,8 +52,9 @@ def place(depth, point, intrinsics, gate):
 
 def walker(depth, intrinsics, plan, joint, seed, step, number, centre):
     """(column, row, point) of one walker about the estimate."""
-    key = int(hash4(seed, 0x3A1C, joint, step * plan.n_walks + number))
-    bits = [(key >> (21 * axis)) & (2**21 - 1) for axis in range(3)]
+    key = int(hash4(seed, 0x3A1C, joint, step))
+    stride = [round(2**21 * 0.8191725133961645**power) for power in (1, 2, 3)]
+    bits = [((key >> (21 * axis)) + number * stride[axis]) % 2**21 for axis in range(3)]
     share = np.array([ONE(b) * ONE(2 / 2**21) - ONE(1) for b in bits], np.float32)
     half_width = plan.scatter_m[joint] * ONE(3**0.5)
     gates = plan.gate_m[joint]
@@ -63,7 +64,7 @@ def walker(depth, intrinsics, plan, joint, seed, step, number, centre):
 def votes(depth, intrinsics, tables, plan, joint, seed, step, centre):
     """(n, 4): the votes of one step, x, y, z and weight."""
     found = []
-    for number in range(plan.n_walks):
+    for number in range(plan.n_walks[joint]):
         column, row, point = walker(depth, intrinsics, plan, joint, seed, step, number, centre)
         node = tables.root[joint, (number + step) % tables.root.shape[1]]
         while tables.nodes[node]["next"] >= 0:

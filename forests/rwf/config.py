@@ -10,6 +10,9 @@ from storage.ranges import MAX_SEED, check_fields
 UPPER_BODY = ("head", "neck", "torso", "r_shoulder", "l_shoulder", "r_elbow", "l_elbow", "r_hand", "l_hand")
 """Names for `RWFConfig.joints`: what a desk or a crowd leaves to be seen."""
 
+MOST_WALKS = 4096
+"""Walkers of a joint, and steps of a walk, at most."""
+
 
 @dataclass(frozen=True)
 class RWFConfig:
@@ -39,6 +42,7 @@ class RWFConfig:
         n_clusters: Clusters of offsets kept in a leaf.
         cluster_bandwidth_m: Of the offsets' mean shift, b of its kernel exp(-d^2 / b^2) [m].
         n_walks: Walkers of a joint, side by side.
+        n_box_walks: The same of the joints that `box_joints` names, which fewer walkers find as well.
         n_steps: Steps of a walk.
         n_arriving: First steps whose votes do not count in the end.
         scatter_m: Standard deviation of the walkers about the estimate, along each axis [m]. Validation frames may
@@ -68,6 +72,7 @@ class RWFConfig:
     n_clusters: int = 4
     cluster_bandwidth_m: float = 0.14
     n_walks: int = 32
+    n_box_walks: int = 16
     n_steps: int = 3
     n_arriving: int = 1
     scatter_m: float = 0.05
@@ -114,8 +119,9 @@ _RANGES = {
     "softness_m": (0.0, 10.0),
     "n_clusters": (1, 1000),
     "cluster_bandwidth_m": (0.0, 10.0),
-    "n_walks": (1, 10_000),
-    "n_steps": (1, 10_000),
+    "n_walks": (1, MOST_WALKS),
+    "n_box_walks": (1, MOST_WALKS),
+    "n_steps": (1, MOST_WALKS),
     "scatter_m": (0.0, 10.0),
     "bandwidth_m": (0.0, 10.0),
     "n_proposals": (1, 1000),

@@ -5,6 +5,7 @@ from numba import float32, int32, njit, uint32
 
 from forests.crops import NOTHING
 from forests.features import difference
+from forests.prefetch import prefetch
 from forests.rwf.tables import WalkTables
 
 _LANES = 8
@@ -30,6 +31,7 @@ def descend(
         number: (n,) int32, the nodes where they start; changed to the rows of the leaves where they end.
     """
     nodes, n = tables.nodes, len(number)
+    n_clusters, votes = tables.vote.shape[1], tables.vote.reshape(-1)
     height, width = depth.shape
     pixels = depth.reshape(-1)
     walker, own_mm, at = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32)
@@ -48,7 +50,9 @@ def descend(
             node = nodes[uint32(at[k])]
             if node.next < 0:
                 number[walker[k]] = -1 - node.next
+                prefetch(votes, number[walker[k]] * n_clusters * 4)
                 continue
+            prefetch(nodes, node.next)
             offset[0, n_going], offset[1, n_going] = node.u[0], node.u[1]
             offset[2, n_going], offset[3, n_going] = node.v[0], node.v[1]
             left[n_going], threshold[n_going] = node.next, node.threshold

@@ -39,7 +39,7 @@ class WalkPlan(NamedTuple):
         n_arriving: (n_joints,) int32, first steps whose votes do not count in the end.
         gate_m: (n_joints, n_trees, 2) float32: walkers less than the first behind the measured depth are put on it,
             and none is farther behind it than the second [m].
-        n_walks: Walkers of a joint, side by side.
+        n_walks: (n_joints,) int32, walkers of a joint, side by side.
         n_steps: Steps of a walk.
     """
 
@@ -49,7 +49,7 @@ class WalkPlan(NamedTuple):
     bandwidth_m: NDArray[np.float32]
     n_arriving: NDArray[np.int32]
     gate_m: NDArray[np.float32]
-    n_walks: int
+    n_walks: NDArray[np.int32]
     n_steps: int
 
 

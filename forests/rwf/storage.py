@@ -9,7 +9,7 @@ import numpy as np
 from forests.frames import LabelTable
 from forests.modelfile import naming_file, read_model, take_array, write_model
 from forests.records import from_json, to_json
-from forests.rwf.config import RWFConfig
+from forests.rwf.config import MOST_WALKS, RWFConfig
 from forests.rwf.evidence import OUTCOMES, TERMS
 from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
 from forests.rwf.skeleton import chosen_joints
@@ -17,7 +17,6 @@ from forests.skeleton.storage import pack_skeleton, unpack_skeleton
 from forests.tree import pack_nodes, unpack_nodes
 
 KIND = "rwf"
-_MOST_WALKS = 4096
 _FARTHEST_M = 10.0
 """Longest offset to a joint, scatter and bandwidth [m]."""
 
@@ -33,8 +32,7 @@ def save_model(path: Path, model: RWFModel, extra_metadata: Mapping[str, Any] | 
     Raises:
         ValueError: A name of `extra_metadata` that is taken.
     """
-    plan = model.plan
-    counts = {"n_walks": plan.n_walks, "n_steps": plan.n_steps}
+    counts = {"n_steps": model.plan.n_steps}
     own = {"config": to_json(model.config), "labels": to_json(model.labels), "walk": counts}
     extra = extra_metadata or {}
     if taken := sorted(own.keys() & extra.keys()):
@@ -116,15 +114,13 @@ def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: RW
     return ExpertTree(nodes, offset, share, spread)
 
 
-_PLAN = ("order", "start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m")
+_PLAN = ("order", "start_from", "scatter_m", "bandwidth_m", "n_arriving", "gate_m", "n_walks")
 
 
 def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_trees: int) -> WalkPlan:
-    if not isinstance(counts, Mapping) or any(type(counts.get(name)) is not int for name in _MOST):
-        raise ValueError(f"the metadata's walk must hold the integers {', '.join(_MOST)}")
-    for name, most in _MOST.items():
-        if not 1 <= counts[name] <= most:
-            raise ValueError(f"{name}={counts[name]} must be in 1..{most}")
+    n_steps = _count(counts, "n_steps")
+    if "plan.n_walks" not in arrays:  # a file of an earlier version: all joints have as many
+        arrays = {**arrays, "plan.n_walks": np.full(n_joints, _count(counts, "n_walks"), np.int32)}
     plan = WalkPlan(
         take_array(arrays, "plan.order", np.int32, (n_joints,)),
         take_array(arrays, "plan.start_from", np.int32, (n_joints,)),
@@ -132,8 +128,8 @@ def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_tre
         take_array(arrays, "plan.bandwidth_m", np.float32, (n_joints,)),
         take_array(arrays, "plan.n_arriving", np.int32, (n_joints,)),
         take_array(arrays, "plan.gate_m", np.float32, (n_joints, n_trees, 2)),
-        counts["n_walks"],
-        counts["n_steps"],
+        take_array(arrays, "plan.n_walks", np.int32, (n_joints,)),
+        n_steps,
     )
     if not np.array_equal(np.sort(plan.order), np.arange(n_joints)):
         raise ValueError("the order of the walks must name each joint once")
@@ -142,6 +138,8 @@ def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_tre
         values = getattr(plan, name)
         if not ((values > 0) & (values <= _FARTHEST_M)).all():
             raise ValueError(f"{name} must be in 0..{_FARTHEST_M} m")
+    if (plan.n_walks < 1).any() or (plan.n_walks > MOST_WALKS).any():
+        raise ValueError(f"n_walks must be in 1..{MOST_WALKS}")
     if (plan.n_arriving < 0).any() or (plan.n_arriving >= plan.n_steps).any():
         raise ValueError(f"n_arriving must be in 0..{plan.n_steps - 1}")
     if not (plan.gate_m >= 0).all():
@@ -149,7 +147,11 @@ def _plan(arrays: Mapping[str, np.ndarray], counts: object, n_joints: int, n_tre
     return plan
 
 
-_MOST = {"n_walks": _MOST_WALKS, "n_steps": _MOST_WALKS}
+def _count(counts: object, name: str) -> int:
+    value = counts.get(name) if isinstance(counts, Mapping) else None
+    if type(value) is not int or not 1 <= value <= MOST_WALKS:
+        raise ValueError(f"the metadata's walk has {name}={value}, must be an integer in 1..{MOST_WALKS}")
+    return value
 
 
 def _limbs(arrays: Mapping[str, np.ndarray], plan: WalkPlan) -> Limbs:

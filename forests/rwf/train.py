@@ -156,7 +156,7 @@ def train_forest(
         trees.append(grown)
         on_progress(_READ_SHARE + (1.0 - _READ_SHARE - _TUNE_SHARE) * (number + 1) / n_all)
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
-    plan = _untuned(config, parents, gates)
+    plan = _untuned(config, names, parents, gates)
     limbs = measure_limbs(learned.joints, parents, config.limb_share)
     weights = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
     model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
@@ -176,7 +176,9 @@ def _gates(learned: WalkFrames, config: RWFConfig) -> NDArray[np.float32]:
     return gates
 
 
-def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.float32]) -> WalkPlan:
+def _untuned(
+    config: RWFConfig, names: tuple[str, ...], parents: NDArray[np.int32], gates: NDArray[np.float32]
+) -> WalkPlan:
     """How experts walk of whom no validation frames say better."""
     n = len(parents)
     return WalkPlan(
@@ -186,7 +188,7 @@ def _untuned(config: RWFConfig, parents: NDArray[np.int32], gates: NDArray[np.fl
         np.full(n, config.bandwidth_m, np.float32),
         np.full(n, config.n_arriving, np.int32),
         gates,
-        config.n_walks,
+        np.array([config.n_box_walks if name in config.box_joints else config.n_walks for name in names], np.int32),
         config.n_steps,
     )
 

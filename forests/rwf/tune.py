@@ -197,7 +197,7 @@ def walk_views(
         (n_views, 3) float32, the first ends [m].
     """
     ends = np.empty((len(views), 1, 4), np.float32)
-    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
+    votes = np.empty((plan.n_walks[joint] * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     parent = plan.start_from[joint]
     for i, view in enumerate(views):
         start = view.start if parent < 0 else points[i, parent]

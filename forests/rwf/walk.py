@@ -24,7 +24,10 @@ APART = 1.0
 """Votes nearer to a mode than this do not climb to another one, in bandwidths."""
 _WALK_STREAM = 0x3A1C
 _UNIT_BITS = 21
-"""Bits of a hash that place a walker along one axis."""
+"""Bits of a hash that place the first walker along one axis."""
+_STRIDES = tuple(round(2**_UNIT_BITS / 1.2207440846057596**power) for power in (1, 2, 3))
+"""From one walker to the next along the axes, round and round: they cover the cube evenly (the R sequence of three
+dimensions, Roberts 2018), so that fewer of them are as good as more that are thrown at random."""
 _HALF_WIDTH = 3.0**0.5
 """Of a uniform distribution, in standard deviations."""
 
@@ -75,7 +78,7 @@ def walk_joint(
         joint: Which expert.
         seed: Of the walkers' places.
         start: (3,) float32, where the walk starts, camera frame [m].
-        votes: (n_walks * n_steps * n_clusters or more, 4) float32 to fill: x, y, z [m], weight.
+        votes: (n_walks[joint] * n_steps * n_clusters or more, 4) float32 to fill: x, y, z [m], weight.
         ends: (n_ends, 4) float32 to fill: modes of the votes, camera frame [m], and the share of the votes' weight
             that is there, falling; NaN and 0 where there are no more.
 
@@ -84,19 +87,19 @@ def walk_joint(
     """
     n_trees, n_clusters = tables.root.shape[1], tables.vote.shape[1]
     unit, one = tables.offset_m, float32(1.0 / WEIGHT_ONE)
-    point = np.empty((plan.n_walks, 3), np.float32)
-    column, row = np.empty(plan.n_walks, np.float32), np.empty(plan.n_walks, np.float32)
-    number = np.empty(plan.n_walks, np.int32)
+    n_walks = plan.n_walks[joint]
+    point, number = np.empty((n_walks, 3), np.float32), np.empty(n_walks, np.int32)
+    column, row = np.empty(n_walks, np.float32), np.empty(n_walks, np.float32)
     ends[0, :3] = start
     n_votes = 0
     for step in range(plan.n_steps):
         _place_walkers(depth, intrinsics, plan, joint, seed, step, ends[0], point, column, row)
-        for walk in range(plan.n_walks):
+        for walk in range(n_walks):
             number[walk] = tables.root[joint, (walk + step) % n_trees]
         descend(depth, intrinsics, tables, point, column, row, number)
         if step <= plan.n_arriving[joint]:
             n_votes = 0
-        for walk in range(plan.n_walks):
+        for walk in range(n_walks):
             for cluster in range(n_clusters):
                 vote = tables.vote[number[walk], cluster]
                 if vote[3] == 0:
@@ -120,12 +123,12 @@ def _place_walkers(
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
     gate = plan.gate_m[joint]
     half_width = plan.scatter_m[joint] * float32(_HALF_WIDTH)
+    key = uint64(hash4(seed, _WALK_STREAM, joint, step))
     for walk in range(len(point)):
-        key = uint64(hash4(seed, _WALK_STREAM, joint, step * len(point) + walk))
         for axis in range(3):
-            share = float32(key & uint64(2**_UNIT_BITS - 1)) * float32(2.0 / 2**_UNIT_BITS) - float32(1.0)
+            place = (key >> uint64(_UNIT_BITS * axis)) + uint64(walk) * uint64(_STRIDES[axis])
+            share = float32(place & uint64(2**_UNIT_BITS - 1)) * float32(2.0 / 2**_UNIT_BITS) - float32(1.0)
             point[walk, axis] = centre[axis] + half_width * share
-            key >>= uint64(_UNIT_BITS)
         snap, farthest = gate[(walk + step) % len(gate)]
         place_point(depth, point[walk], fx, fy, cx, cy, snap, farthest, column, row, walk)
 
@@ -214,7 +217,7 @@ def walk_skeleton(
         ends: (n_joints, n_ends, 4) float32 to fill, as of `walk_joint`.
         said: (n_joints, 3) float32 to fill, what `describe_votes` says of the votes about the first ends.
     """
-    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
+    votes = np.empty((plan.n_walks.max() * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     for joint in plan.order:
         parent = plan.start_from[joint]
         place = start if parent < 0 else ends[parent, 0, :3]

@@ -107,6 +107,7 @@ class AblationConfig:
         n_question_seeds: Number of trainings for each condition of a question, at most `n_seeds`.
         unseen_class: Class of objects that the question unseen_class keeps out of training.
         noisy_sensor: Sensor model of the questions sensor and rooms.
+        oracles: What the question oracles tells, beside nothing.
         test_poses: Library of poses for the question imported, made by `undergrowth import mocap`.
         test_objects: Library of objects for the question imported, made by `undergrowth import meshes`.
         frame_counts: Numbers of training frames for the question frames. Each condition uses the first frames of
@@ -125,6 +126,7 @@ class AblationConfig:
     n_question_seeds: int = 1
     unseen_class: str = "stroller"
     noisy_sensor: str = "kinect_v2"
+    oracles: tuple[Told, ...] = get_args(Told)
     test_poses: Path | None = None
     test_objects: Path | None = None
     frame_counts: tuple[int, ...] = (140, 280, 555, 1110)
@@ -139,6 +141,7 @@ class AblationConfig:
         check_fields(self, {"n_resamples": (1, 10**6), "n_question_seeds": (1, self.n_seeds["oarf"])})
         _check_names("rows", self.rows, ROWS)
         _check_names("questions", self.questions, get_args(Question), least=0)
+        _check_names("oracles", self.oracles, get_args(Told))
         _check_names("noisy_sensor", (self.noisy_sensor,), SENSOR_NAMES)
         if self.sensor is not None:
             _check_names("sensor", (self.sensor,), SENSOR_NAMES)

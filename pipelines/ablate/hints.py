@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import FACT_LIMIT, DepthFrame, FrameSequence, Hints, LabelTable
+from forests.skeleton.heading import facings_of
 from pipelines.ablate.config import Told
 from pipelines.corpus import Corpus
 from pipelines.corpus.rooms.views import PeopleFrames
@@ -18,7 +19,6 @@ N_DIRECTIONS = 8
 """A heading is told as its cosines with so many directions of a half circle."""
 _HEADING_ONE = 1000
 _MEAN_STATURE_MM = 1500
-_SIDES = tuple((JOINT_NAMES.index(f"r_{name}"), JOINT_NAMES.index(f"l_{name}")) for name in ("shoulder", "hip"))
 
 
 @dataclass(frozen=True)
@@ -80,18 +80,11 @@ def _heading(corpus: Corpus, number: int, frame: DepthFrame) -> Hints:
 def heading_facts(joints: NDArray[np.float32]) -> NDArray[np.int16]:
     """(N_DIRECTIONS,) int16: a heading as trees are told it, cosines times 1000; zeros where it is not known.
 
-    The heading is the direction, seen from above the camera, of the line from the middle of the right hip and
-    shoulder to that of the left ones; the person faces at a right angle to it.
-
     Args:
-        joints: (15, 3) float32, camera frame [m].
+        joints: (15, 3) float32, camera frame [m]; the heading is that of `facings_of`.
     """
-    across = sum(joints[left, ::2] - joints[right, ::2] for right, left in _SIDES)
-    length = float(np.linalg.norm(across))
-    if not length > 0.0:
-        return np.zeros(N_DIRECTIONS, np.int16)
     turn = np.arange(N_DIRECTIONS) * (np.pi / N_DIRECTIONS)
-    cosines = np.stack([np.cos(turn), np.sin(turn)], axis=1) @ (across / length)
+    cosines = np.stack([np.cos(turn), np.sin(turn)], axis=1) @ facings_of(joints[None], JOINT_NAMES)[0]
     return np.rint(_HEADING_ONE * cosines).astype(np.int16)
 
 

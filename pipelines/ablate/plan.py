@@ -213,7 +213,7 @@ def _ask_oracles(config: AblationConfig, _: Libraries) -> Iterator[Condition]:
     """The semantic forest, told nothing but depth, and told one truth after the other, in training and in test."""
     config = _learning_skeletons(config, False)
     scorings: dict[Told | None, tuple[ScoringJob, ...]] = {}
-    for truth in (None, *get_args(Told)):
+    for truth in (None, *(told for told in get_args(Told) if told in config.oracles)):
         settings = {"told": truth or "nothing"}
         condition = _condition(config, "oracles", settings, {"told": truth}, rows=("semantic",))
         others = [name for name in _ORACLES_COMPARED.get(truth, (None,)) if name in scorings]

@@ -28,6 +28,7 @@ CONFIG = RWFConfig(
     reach_m=0.3,
     n_trees=1,
     n_walks=8,
+    n_box_walks=6,
     n_steps=4,
     n_proposals=3,
     growth=GrowthConfig(max_depth=8, n_candidates=60, n_finalists=20, min_samples_leaf=10, max_offset_m=0.5),
@@ -261,6 +262,8 @@ def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
         ("tree1.offset", (0, 0, 0), 50.0),
         ("tree1.offset", (0, 0, 0), np.nan),
         ("tree1.spread", (0, 0), -1.0),
+        ("plan.n_walks", 1, 0),
+        ("plan.n_walks", 1, 5000),
     ],
 )
 def test_no_file_makes_a_walk_read_out_of_bounds(forest, name, place, value):
@@ -270,7 +273,7 @@ def test_no_file_makes_a_walk_read_out_of_bounds(forest, name, place, value):
         unpack_model(arrays, metadata_of(forest))
 
 
-@pytest.mark.parametrize("walk", [None, {"n_walks": 1}, {"n_walks": 0, "n_steps": 4}])
+@pytest.mark.parametrize("walk", [None, {"n_walks": 1}, {"n_steps": 0}, {"n_steps": "4"}])
 def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
     with pytest.raises(ValueError, match=r"walk"):
         unpack_model(pack_model(forest.model_), metadata_of(forest) | {"walk": walk})
@@ -279,6 +282,15 @@ def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
 def metadata_of(forest: RandomWalkForest) -> dict:
     from forests.records import to_json
 
-    plan = forest.model_.plan
-    counts = {name: getattr(plan, name) for name in ("n_walks", "n_steps")}
+    counts = {"n_steps": forest.model_.plan.n_steps}
     return {"config": to_json(CONFIG), "labels": to_json(LABELS), "walk": counts}
+
+
+def test_joints_of_the_box_walk_with_fewer_walkers_and_files_of_before_with_as_many_for_all(forest):
+    assert forest.model_.plan.n_walks.tolist() == [CONFIG.n_box_walks, CONFIG.n_box_walks, CONFIG.n_walks]
+    arrays, metadata = pack_model(forest.model_), metadata_of(forest)
+    del arrays["plan.n_walks"]
+    before = unpack_model(arrays, metadata | {"walk": metadata["walk"] | {"n_walks": 7}})
+    assert before.plan.n_walks.tolist() == [7, 7, 7]
+    with pytest.raises(ValueError, match=r"n_walks=None"):
+        unpack_model(arrays, metadata)

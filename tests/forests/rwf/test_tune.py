@@ -29,7 +29,7 @@ def model_that_knows_offsets(*offsets):
     config = RWFConfig(joints=("neck", "head"), n_trees=1, n_clusters=1, n_steps=1, n_arriving=0, n_walks=16)
     narrow, wide = np.full(2, config.scatter_m, np.float32), np.full(2, config.bandwidth_m, np.float32)
     parents = np.int32([-1, 0])
-    plan = WalkPlan(np.int32([0, 1]), parents, narrow, wide, np.zeros(2, np.int32), gate, 16, 1)
+    plan = WalkPlan(np.int32([0, 1]), parents, narrow, wide, np.zeros(2, np.int32), gate, np.int32([16, 16]), 1)
     labels = LabelTable(("body",), (), ("neck", "head"))
     limbs = Limbs(parents, np.float32([[0, np.inf], [0, np.inf]]))
     return RWFModel(config, labels, ("neck", "head"), experts, plan, limbs, NOT_CALIBRATED)

@@ -30,7 +30,7 @@ def plan_of(
         np.full(n_joints, values["bandwidth_m"], np.float32),
         np.full(n_joints, values["n_arriving"], np.int32),
         np.tile(np.float32(gates), (n_joints, 1, 1)),
-        n_walks,
+        np.full(n_joints, n_walks, np.int32),
         n_steps,
     )
 
@@ -70,7 +70,7 @@ def random_depth(rng: np.random.Generator) -> np.ndarray:
 
 def walked(depth, tables: WalkTables, plan: WalkPlan, start, seed=5, n_ends=3) -> tuple[np.ndarray, np.ndarray]:
     """Ends and votes of one joint."""
-    votes = np.empty((plan.n_walks * plan.n_steps * tables.vote.shape[1], 4), np.float32)
+    votes = np.empty((plan.n_walks[0] * plan.n_steps * tables.vote.shape[1], 4), np.float32)
     ends = np.empty((n_ends, 4), np.float32)
     n = walk_joint(depth, INTRINSICS, tables, plan, 0, seed, np.float32(start), votes, ends)
     return ends, votes[:n]
@@ -92,7 +92,7 @@ def test_every_vote_is_the_slow_twins(gates):
     for n_arriving in (1, 2, 3):
         later = plan._replace(n_arriving=np.int32([n_arriving]))
         votes = walked(depth, tables, later._replace(n_steps=n_arriving + 1), (0.1, -0.1, 2.0))[1]
-        assert 0 < len(votes) <= plan.n_walks * 3
+        assert 0 < len(votes) <= plan.n_walks[0] * 3
     assert len(np.unique(np.concatenate(expected), axis=0)) > 30
 
 
@@ -196,6 +196,19 @@ def test_walkers_scatter_as_wide_as_the_plan_says():
     off = votes[:, :3] - np.float32([0, 0, 2.0])
     np.testing.assert_allclose(off.mean(axis=0), 0.0, atol=4 * 0.1 / np.sqrt(4000))
     np.testing.assert_allclose(off.std(axis=0), 0.1, rtol=0.04)
+
+
+def test_walkers_cover_the_cube_evenly():
+    """Of 64 of them, each of four slices along each axis has 16, or nearly so; by chance the spread would be 3.5."""
+    empty = np.zeros((72, 96), np.uint16)
+    tables = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+    for seed in range(20):
+        _, votes = walked(empty, tables, plan_of(n_walks=64, n_steps=1, scatter_m=0.1), (0.0, 0.0, 2.0), seed)
+        side = 0.1 * np.sqrt(3.0)
+        for axis, middle in enumerate((0.0, 0.0, 2.0)):
+            in_slice, _ = np.histogram(votes[:, axis], middle + side * np.linspace(-1.001, 1.001, 5))
+            assert in_slice.sum() == 64
+            assert np.abs(in_slice - 16).max() <= 3
 
 
 def test_the_image_reads_as_the_crop_that_trees_are_grown_on():

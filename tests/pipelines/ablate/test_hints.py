@@ -25,13 +25,14 @@ from synth.vocabulary import JOINT_NAMES
 CONFIG = AblationConfig()
 
 
-def person(turned: float) -> np.ndarray:
-    """(15, 3) joints of someone whose left side lies at an angle from the camera's x axis, seen from above."""
+def person(turned: float, azimuth: float = 0.0) -> np.ndarray:
+    """(15, 3) joints of someone who faces so far from the camera, and stands in that direction [rad]."""
     joints = np.zeros((15, 3), np.float32)
     for name, side in (("shoulder", 0.2), ("hip", 0.1)):
         for letter, sign in (("l", 1.0), ("r", -1.0)):
-            at = np.array([np.cos(turned), 0.0, np.sin(turned)]) * sign * side
-            joints[JOINT_NAMES.index(f"{letter}_{name}")] = at + np.array([0.3, -0.4, 2.0])
+            at = np.array([np.cos(turned - azimuth), 0.0, np.sin(turned - azimuth)]) * sign * side
+            place = 2.0 * np.array([np.sin(azimuth), -0.2, np.cos(azimuth)])
+            joints[JOINT_NAMES.index(f"{letter}_{name}")] = at + place
     return joints
 
 
@@ -43,7 +44,8 @@ def test_a_heading_is_told_as_cosines():
     turns = np.linspace(-np.pi, np.pi, 37)
     for turn in turns:
         expected = 1000 * np.cos(turn - np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS)
-        assert np.abs(heading_facts(person(turn)) - expected).max() <= 0.51
+        for azimuth in (-0.5, 0.0, 0.4):
+            assert np.abs(heading_facts(person(turn, azimuth)) - expected).max() <= 0.51
     assert np.array_equal(heading_facts(person(0.3)), -heading_facts(person(0.3 + np.pi)))
     assert not heading_facts(np.full((15, 3), np.nan, np.float32)).any()
     assert not heading_facts(np.zeros((15, 3), np.float32)).any()
