@@ -238,7 +238,9 @@ def quick_climb(cells: np.ndarray, start: int, modes: np.ndarray, n_modes: int) 
 
 
 @njit(cache=True, nogil=True, fastmath=_QUICK_SUMS)
-def quick_sums(cells: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+def quick_sums(
+    cells: np.ndarray, x: float, y: float, z: float
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Sums of w k, w k x, w k y, w k z over the cells, k = exp(-|x - x_i|^2), float32."""
     total, sx, sy, sz = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(0.0)
     cx, cy, cz, cw = cells[0], cells[1], cells[2], cells[3]

@@ -188,7 +188,9 @@ def _untuned(
         np.full(n, config.bandwidth_m, np.float32),
         np.full(n, config.n_arriving, np.int32),
         gates,
-        np.array([config.n_box_walks if name in config.box_joints else config.n_walks for name in names], np.int32),
+        np.array(
+            [config.n_box_walks if name in config.box_joints else config.n_walks for name in names], np.int32
+        ),
         config.n_steps,
     )
 

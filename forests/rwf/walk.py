@@ -26,8 +26,8 @@ _WALK_STREAM = 0x3A1C
 _UNIT_BITS = 21
 """Bits of a hash that place the first walker along one axis."""
 _STRIDES = tuple(round(2**_UNIT_BITS / 1.2207440846057596**power) for power in (1, 2, 3))
-"""From one walker to the next along the axes, round and round: they cover the cube evenly (the R sequence of three
-dimensions, Roberts 2018), so that fewer of them are as good as more that are thrown at random."""
+"""From one walker to the next along the axes, round and round: walkers cover the cube evenly (the R sequence of three
+dimensions, Roberts 2018), and one hash places all of them."""
 _HALF_WIDTH = 3.0**0.5
 """Of a uniform distribution, in standard deviations."""
 

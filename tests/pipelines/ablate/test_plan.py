@@ -207,6 +207,15 @@ def test_people_in_rooms_are_learned_as_they_are_asked_and_compared_with_those_w
     assert all(job.sensor == job.training.sensor == CONFIG.noisy_sensor for job in found.scorings)
 
 
+def test_chosen_oracles_are_asked_in_the_order_in_which_they_are_compared():
+    config = replace(CONFIG, questions=("oracles",), oracles=("classes", "mask"))
+    _, *conditions = make_plan(config).conditions
+    assert [condition.settings[0][1] for condition in conditions] == ["nothing", "mask", "classes"]
+    assert [name for name, _ in conditions[-1].compared] == ["told nothing", "told mask"]
+    with pytest.raises(ValueError, match="'age' is unknown; known are mask"):
+        replace(CONFIG, oracles=("age",))
+
+
 def test_trees_and_pixels_need_no_training():
     n_main = len(make_plan(replace(CONFIG, questions=())).trainings)
     assert len(make_plan(replace(CONFIG, questions=("trees", "pixels"))).trainings) == n_main
