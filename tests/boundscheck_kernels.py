@@ -102,9 +102,8 @@ def walk() -> None:
     grown = grow_direction_tree(crops, points.samples, growth_targets(points.offsets, 0.5), GROWTH, 0, 0, 1)
     tree = ExpertTree(grown.nodes, *leaf_clusters(grown, points.offsets, 2, 0.1))
     tables, one = walk_tables(((tree,),)), np.ones(1, np.float32)
-    plan = WalkPlan(
-        np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, 0.1 * one, np.int32([1]), gate[None, None], 3, 5
-    )
+    root, none, metres, n_walks = np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, np.int32([3])
+    plan = WalkPlan(root, none, metres, metres, np.int32([1]), gate[None, None], n_walks, 5)
     ends, said, edges = (
         np.empty((1, 3, 4), np.float32),
         np.empty((1, 3), np.float32),

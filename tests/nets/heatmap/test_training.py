@@ -65,7 +65,7 @@ def errors_of(model, frames):
 
 def test_a_net_learns_where_the_hands_of_a_toy_are():
     frames = toy_frames(72, 1)
-    model = train(frames, replace(TINY, n_epochs=14), validation=toy_frames(20, 2))
+    model = train(frames, replace(TINY, n_epochs=28), validation=toy_frames(20, 2))
     errors = errors_of(model, toy_frames(20, 3))
     seen = errors[~toy_frames(20, 3).is_occluded]
     assert np.median(seen) < 0.08

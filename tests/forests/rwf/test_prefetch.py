@@ -1,10 +1,10 @@
-"""What is fetched early is not changed."""
+"""What walkers fetch early is not changed."""
 
 import numpy as np
 import pytest
 from numba import njit
 
-from forests.prefetch import prefetch
+from forests.rwf.descend import prefetch
 
 
 @njit
