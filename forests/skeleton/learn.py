@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from forests.calibration import WITHIN_M, fit_logistic
+from forests.calibration import WITHIN_M, fit_logistic, fit_logistic_alike
 from forests.frames import FrameSequence, FrameSubset, is_known
 from forests.skeleton.answers import Answers, Truth, View, joined
 from forests.skeleton.decoded import look
@@ -101,16 +101,14 @@ def settled(
     Args:
         model: Bodies and proposals.
         validation: Answers and truths of frames that are new to the forest and to the network.
-        cut: The same of images that end on the person, for the probability of being outside.
+        cut: The same of images that end on the person: probabilities are to hold there as well.
         deserted: The same of images without the person, for the probability that there is one; None = no such.
     """
     if len(model.network.b1):
         model = replace(model, rules=_best_rules(model, *validation))
     if deserted is not None:
         model = replace(model, person_weights=_person_weights(model, [validation[0], cut[0]], deserted[0]))
-    within, hidden, _ = _calibrated(model, *validation)
-    _, _, outside = _calibrated(model, *joined([validation, cut]))
-    return replace(model, weights=np.stack([within, hidden, outside]))
+    return replace(model, weights=_calibrated(model, *joined([validation, cut])))
 
 
 def decode_all(model: SkeletonModel, answers: Answers) -> Decoded:
@@ -160,12 +158,10 @@ def _calibrated(model: SkeletonModel, answers: Answers, truth: Truth) -> NDArray
         truth.is_hidden,
         is_outside(truth.joints, answers.edges),
     )
-    weights = np.full_like(model.weights, np.nan)
-    for joint in np.flatnonzero(can_learn.any(axis=0)):
-        rows = can_learn[:, joint]
-        for k, outcome in enumerate(outcomes):
-            weights[k, joint] = fit_logistic(terms[rows, joint], outcome[rows, joint])
-    return weights
+    if not can_learn.any():
+        return np.full_like(model.weights, np.nan)
+    weights = [fit_logistic_alike(terms, outcome, can_learn) for outcome in outcomes]
+    return np.stack(weights).astype(np.float32)
 
 
 def _person_weights(model: SkeletonModel, peopled: list[Answers], deserted: Answers) -> NDArray[np.float32]:

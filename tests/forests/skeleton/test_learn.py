@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from forests.calibration import logistic
 from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, FrameBatch, Intrinsics, LabelTable, is_known
 from forests.skeleton import proposal
@@ -135,6 +136,29 @@ def test_the_likeliest_heading_is_answered_and_the_second_kept_if_it_is_worth_it
             assert given.alternative.heading == second.angle
             assert abs(np.cos(first.angle - second.angle)) <= 1
     assert n_alternatives > 0
+
+
+def test_probabilities_hold_for_whole_images_and_for_those_that_end_on_the_person(lessons):
+    training, validation, (answers, truth) = lessons
+    rng = np.random.default_rng(8)
+
+    def cut(given, true):
+        """The image ends at the hips; what a forest says of joints beyond, as surely as of others, is wrong."""
+        edges = given.edges.copy()
+        edges[:, 3] = np.median(true.joints[..., 1] / true.joints[..., 2], axis=1)
+        beyond = is_outside(true.joints, edges)
+        proposals = given.proposals.copy()
+        proposals[beyond] += rng.normal(0.0, 0.5, proposals[beyond].shape).astype(np.float32)
+        return given._replace(edges=edges, proposals=proposals), true
+
+    bare = learn_proposals(NAMES, training[1].joints, None, 0)
+    model = settled(bare, validation, cut(*validation))
+    for given, true in ((answers, truth), cut(answers, truth)):
+        joints, _, terms, *_ = decode_all(model, given)
+        near = np.linalg.norm(joints - true.joints, axis=2) < 0.1
+        came_true = (near, true.is_hidden, is_outside(true.joints, given.edges))
+        for weights, outcome in zip(model.weights, came_true, strict=True):
+            assert logistic(weights[None], terms).mean() == pytest.approx(outcome.mean(), abs=0.1)
 
 
 def test_images_without_a_person_are_told_from_those_with_one(lessons):
