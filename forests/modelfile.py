@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from storage.digested import Contents, DigestedFormat, read_digested, write_digested
+from storage.digested import Contents, DigestedFormat, read_digested, read_kind, write_digested
 
 
 class ModelFileError(ValueError):
@@ -47,6 +47,15 @@ def read_model(path: Path, kind: str | None = None, is_mapped: bool = False) -> 
             or kind.
     """
     return read_digested(path, FORMAT, kind, is_mapped)
+
+
+def read_model_kind(path: Path) -> str:
+    """The kind of a model file, by its header; whether the file is whole is found out when it is read.
+
+    Raises:
+        ModelFileError: As for `read_model`.
+    """
+    return read_kind(path, FORMAT)
 
 
 def take_array(

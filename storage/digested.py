@@ -135,14 +135,10 @@ def read_digested(path: Path, form: DigestedFormat, kind: str | None = None, is_
         ValueError: The format's error: no such file, no safetensors file, truncated, damaged, another program's,
             another version or kind.
     """
-    try:
+    with _told_as(path, form):
         document = _read_document(path, form)
         _refuse_others(path, form, document, kind)
         data = np.memmap(path, np.uint8, "c") if is_mapped else np.fromfile(path, np.uint8)
-    except (FileNotFoundError, NotADirectoryError):
-        raise form.error(f"there is no {form.noun} {path}") from None
-    except IsADirectoryError:
-        raise form.error(f"{path} is a folder, not a {form.noun}") from None
     try:
         arrays = _views(np.asarray(data))
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
@@ -155,6 +151,29 @@ def read_digested(path: Path, form: DigestedFormat, kind: str | None = None, is_
     if not is_whole:
         raise form.error(f"{path} is damaged: its digest does not match its contents")
     return contents
+
+
+def read_kind(path: Path, form: DigestedFormat) -> str:
+    """The kind of a digested file, by its header; what follows the header is not looked at.
+
+    Raises:
+        ValueError: The format's error, as for `read_digested`.
+    """
+    with _told_as(path, form):
+        document = _read_document(path, form)
+        _refuse_others(path, form, document, None)
+    return str(document["kind"])
+
+
+@contextlib.contextmanager
+def _told_as(path: Path, form: DigestedFormat) -> Iterator[None]:
+    """Turns what the system says of a file that is not there into the format's error."""
+    try:
+        yield
+    except (FileNotFoundError, NotADirectoryError):
+        raise form.error(f"there is no {form.noun} {path}") from None
+    except IsADirectoryError:
+        raise form.error(f"{path} is a folder, not a {form.noun}") from None
 
 
 def _read_document(path: Path, form: DigestedFormat) -> dict[str, Any]:

@@ -42,3 +42,8 @@ def test_recordings_and_drawing_bring_no_libraries_but_that_of_pictures(module):
 def test_the_help_text_brings_no_library_at_all():
     modules = loaded("import pipelines.cli; pipelines.cli.usage()")
     assert modules.isdisjoint({*SLOW, "numpy", "numba"})
+
+
+def test_asking_a_model_about_images_brings_neither_measures_nor_corpora():
+    modules = loaded("import pipelines.commands.predict")
+    assert modules.isdisjoint({"pipelines.metrics", "pipelines.corpus", "scipy.ndimage", "scipy.optimize"})

@@ -12,7 +12,6 @@ import tyro
 from forests.finder.find import PeopleFinder
 from pipelines.errors import UserError
 from pipelines.models.opening import open_model
-from pipelines.orientation.answering import OrientationRun
 from pipelines.orientation.opening import is_orientation_net, open_net
 from pipelines.predicting.images import Request, corpus_requests, recorded_requests
 from pipelines.predicting.people import FULL_SHARE, share_with_depth
@@ -169,6 +168,8 @@ class PredictSettings:
             return PredictionRun(*open_model(self.model, self.skeleton), options, self.out)
         if self.smooth:
             raise UserError(f"{self.model} is an orientation net; --smooth is for joints")
+        from pipelines.orientation.answering import OrientationRun
+
         return OrientationRun(*open_net(self.model), options, self.out)
 
     def _check_inputs(self) -> None:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,11 @@ from forests.boxes import Box, upper_body_box, upper_foreground_box
 from forests.estimate import JointEstimate, JointPredictor, PixelLabeller
 from forests.frames import DepthFrame, FrameSequence, Hints, Pinhole
 from pipelines.errors import UserError
-from pipelines.metrics.pixels import Confusion, count_pixels
-from pipelines.metrics.results import Results, Truths
 from synth.vocabulary import JOINT_NAMES
+
+if TYPE_CHECKING:
+    from pipelines.metrics.pixels import Confusion
+    from pipelines.metrics.results import Results, Truths
 
 
 @runtime_checkable
@@ -84,10 +86,10 @@ class _Answer(NamedTuple):
 def predict_frames(
     contestant: Contestant,
     frames: FrameSequence,
-    truths: Truths,
+    truths: "Truths",
     n_threads: int = 1,
     on_frame: Callable[[], object] = lambda: None,
-) -> tuple[Results, Confusion | None]:
+) -> "tuple[Results, Confusion | None]":
     """Asks a model about every frame.
 
     Args:
@@ -139,6 +141,8 @@ def _ask(contestant: Contestant, frames: FrameSequence, place: int) -> _Answer:
         )
     if contestant.labeller is None:
         return _Answer(estimate, seconds, None)
+    from pipelines.metrics.pixels import count_pixels
+
     given = contestant.labeller.label_pixels(frame.depth, frame.camera)
     counts = count_pixels(frame.label, given, frames.labels.n_labels, len(contestant.labeller.classes))
     return _Answer(estimate, seconds, counts)
@@ -161,7 +165,9 @@ def _detected_box(contestant: Contestant, frame: DepthFrame) -> Box | None:
     return upper_body_box(frame.joints[at], frame.camera)
 
 
-def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
+def _results(method: str, truths: "Truths", answers: list[_Answer]) -> "Results":
+    from pipelines.metrics.results import Results
+
     estimates = [answer.estimate for answer in answers]
     return Results(
         method,
@@ -176,7 +182,9 @@ def _results(method: str, truths: Truths, answers: list[_Answer]) -> Results:
 
 def _confusion(
     contestant: Contestant, frames: FrameSequence, counts: NDArray[np.int64] | None
-) -> Confusion | None:
+) -> "Confusion | None":
+    from pipelines.metrics.pixels import Confusion
+
     if contestant.labeller is None or counts is None:
         return None
     labels = frames.labels

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from forests.modelfile import ModelFileError, read_model
+from forests.modelfile import ModelFileError, read_model_kind
 from forests.records import to_json
 from pipelines.errors import UserError
 from pipelines.models.opening import file_digest
@@ -31,9 +31,9 @@ def check_torch() -> None:
 
 
 def is_orientation_net(path: Path) -> bool:
-    """Whether a file is a sound model file of an orientation net; what is wrong with others is told elsewhere."""
+    """Whether a file says that it is the model of an orientation net; what is wrong with it is told elsewhere."""
     try:
-        return read_model(path, is_mapped=True).kind == KIND
+        return read_model_kind(path) == KIND
     except (ModelFileError, OSError):
         return False
 
@@ -42,10 +42,10 @@ def model_kind(path: Path) -> str:
     """The kind of a model file.
 
     Raises:
-        UserError: It is none, or damaged.
+        UserError: It is none.
     """
     try:
-        return read_model(path, is_mapped=True).kind
+        return read_model_kind(path)
     except ModelFileError as error:
         raise UserError(str(error)) from None
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forests.frames import Pinhole
-from pipelines.corpus import Corpus
 from pipelines.errors import UserError
 from pipelines.recordings.choosing import choose_layout, recognised
 from pipelines.recordings.entries import (
@@ -71,6 +70,8 @@ def corpus_requests(folder: Path, numbers: Sequence[int], sensor: str | None) ->
     Raises:
         UserError: No such corpus or frame, or no sensor for it.
     """
+    from pipelines.corpus import Corpus
+
     corpus = Corpus.open(folder)
     corpus.check_sensor(sensor)
     for number in numbers:

@@ -1,11 +1,10 @@
 """The person's pixels: cut out by a box and a depth range, stray blobs dropped."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.recordings.layout import Box
-
-_NEIGHBOURS = np.ones((3, 3), np.int64)
 
 
 def cut_out(depth: NDArray[np.uint16], box: Box) -> NDArray[np.uint16]:
@@ -27,10 +26,8 @@ def drop_blobs(depth: NDArray[np.uint16], smallest_share: float) -> NDArray[np.u
         depth: (height, width) uint16 [mm], 0 = nothing; pixels touch across edges and corners.
         smallest_share: 0 keeps everything.
     """
-    from scipy import ndimage
-
-    regions, n_regions = ndimage.label(depth > 0, _NEIGHBOURS)
-    if n_regions < 2 or smallest_share <= 0.0:
+    n_labels, regions = cv2.connectedComponents((depth > 0).view(np.uint8), connectivity=8)
+    if n_labels < 3 or smallest_share <= 0.0:
         return depth
     n_pixels = np.bincount(regions.ravel())
     n_pixels[0] = 0

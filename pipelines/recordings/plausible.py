@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -212,9 +213,7 @@ def _without_backdrop(values: NDArray) -> NDArray:
 
 
 def _measured(depth: NDArray[np.uint16], camera: Pinhole) -> _Person:
-    from scipy import ndimage
-
-    regions, _ = ndimage.label(depth > 0, np.ones((3, 3), np.int64))
+    _, regions = cv2.connectedComponents((depth > 0).view(np.uint8), connectivity=8)
     n_pixels = np.bincount(regions.ravel())
     n_pixels[0] = 0
     largest = regions == int(n_pixels.argmax())
