@@ -87,9 +87,11 @@ def encode_maps(item: Field, entry: np.ndarray) -> list[bytes]:
 
     Args:
         item: The array.
-        entry: item.shape.
+        entry: item.shape; of several layers the last ones may be left out, which are empty then.
     """
-    return [_encode_map(item, image) for image in (entry if item.n_layers > 1 else (entry,))]
+    if item.n_layers == 1:
+        return [_encode_map(item, entry)]
+    return [_encode_map(item, image) for image in entry] + [b""] * (item.n_layers - len(entry))
 
 
 def _encode_map(item: Field, image: np.ndarray) -> bytes:

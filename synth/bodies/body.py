@@ -1,6 +1,10 @@
 """Body and Pose: the records that shape, poses, kinematics and scenes share."""
 
+import functools
+import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +12,8 @@ from numpy.typing import NDArray
 from synth.bodies.skeleton import N_DOFS, Skeleton
 from synth.bodies.spec import BodySpec
 from synth.geometry import LabelledMesh
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -65,3 +71,18 @@ class Body:
     mesh: LabelledMesh
     bind_angles: NDArray[np.float64]
     weights: SkinWeights
+
+
+def kept_with_body(make: Callable[[Body], Value]) -> Callable[[Body], Value]:
+    """Decorates a function of a body alone: it is called once a body, and its value kept as long as the body lives."""
+    kept: dict[int, Value] = {}
+
+    @functools.wraps(make)
+    def value_of(body: Body) -> Value:
+        key = id(body)
+        if key not in kept:
+            kept[key] = make(body)
+            weakref.finalize(body, kept.pop, key, None)
+        return kept[key]
+
+    return value_of

@@ -85,8 +85,17 @@ def measure_person(
 def object_fractions(room: RenderedRoom) -> NDArray[np.float64]:
     """(largest instance + 1,) pixels of each object in the composite over those of it alone; 0 if it covers none."""
     alone = room.object_pixels
-    n_seen = np.bincount(room.instance.reshape(-1), minlength=256)[: len(alone)]
+    n_seen = _count_values(room.instance.reshape(-1))[: len(alone)]
     return n_seen * (np.arange(len(alone)) > 0) / np.maximum(alone, 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _count_values(image: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """(256,) int64 how often each value stands in (n,) uint8: `np.bincount` without a copy as integers."""
+    n = np.zeros(256, np.int64)
+    for i in range(image.size):
+        n[image[i]] += 1
+    return n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

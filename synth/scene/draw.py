@@ -12,8 +12,8 @@ from synth.bodies.rig.skinning import pose_vertices
 from synth.geometry import LabelledMesh
 from synth.scene.config import SceneConfig
 from synth.scene.placement import PlacedObject
-from synth.scene.pools import Pools, Subject
-from synth.vocabulary import N_PARTS, PART
+from synth.scene.pools import Pools, Subject, is_among
+from synth.vocabulary import PART
 
 HANDS = frozenset(PART[f"{side}_{name}"] for side in "lr" for name in ("hand", "wrist"))
 """Labels of hands and wrists."""
@@ -61,7 +61,7 @@ class Person:
 
     def _corners_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         mesh = self.subject.body.mesh
-        return self.vertices[mesh.faces[_is_among(parts, mesh.face_label)].T]
+        return self.vertices.take(mesh.faces.take(self.subject.faces_of(parts), axis=0).T, axis=0)
 
     def mesh(self) -> LabelledMesh:
         """The posed skin with its part labels."""
@@ -74,22 +74,15 @@ class Person:
 
     def is_of(self, parts: frozenset[int]) -> NDArray[np.bool_]:
         """(n_vertices,) whether each vertex belongs to one of these parts."""
-        return _is_among(parts, self.subject.vertex_part)
+        return is_among(parts, self.subject.vertex_part)
 
     def points_of(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that belong to these parts, world frame [m]."""
-        return self.vertices[self.is_of(parts)]
+        return self.vertices.take(self.subject.vertices_of(parts), axis=0)
 
     def points_without(self, parts: frozenset[int]) -> NDArray[np.float64]:
         """(n, 3) vertices that do not belong to these parts, world frame [m]."""
-        return self.vertices[~self.is_of(parts)]
-
-
-def _is_among(parts: frozenset[int], labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """(n,) whether each label is one of the parts; by table, which is faster than `np.isin`."""
-    table = np.zeros(N_PARTS + 1, dtype=np.bool_)
-    table[list(parts)] = True
-    return table[labels]
+        return self.vertices.take(self.subject.vertices_without(parts), axis=0)
 
 
 @dataclass(frozen=True)

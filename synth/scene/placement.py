@@ -1,5 +1,6 @@
 """Moves objects up to a person: conservative advancement on signed distances, contacts, gaps between objects."""
 
+import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from synth.frame import ObjectRecord
 from synth.geometry import transform_points
 from synth.occluders.model import Occluder
-from synth.occluders.solids.distance import nearest_point, place
+from synth.occluders.solids.distance import PlacedSolids, is_any_nearer, nearest_point, place
 from synth.occluders.solids.sweep import free_way, joined
 from synth.vocabulary import PART_NAMES
 
@@ -54,7 +55,17 @@ class PlacedObject:
 
     def is_nearer(self, points: NDArray[np.float64], distance: float) -> bool:
         """Whether any point is nearer to the object's solids than a signed distance [m]."""
-        return nearest_point(self.occluder.solids, self.T_world_object, points, distance)[1] >= 0
+        return is_any_nearer(self.solids, points, distance)
+
+    @functools.cached_property
+    def solids(self) -> PlacedSolids:
+        """Its solids where it stands."""
+        return place(self.occluder.solids, self.T_world_object)
+
+    @functools.cached_property
+    def radius(self) -> float:
+        """Horizontal reach of its surface from its origin [m]."""
+        return float(np.sqrt((self.surface[:, :2] ** 2).sum(axis=1).max()))
 
     def world_surface(self) -> NDArray[np.float64]:
         """(n_points, 3) points spread over its surface, world frame [m]."""
@@ -97,7 +108,7 @@ def advance(
         The moved objects, or None if they start too near or pass the points by.
     """
     unit = np.asarray(direction, dtype=np.float64)
-    placed = joined([place(item.occluder.solids, item.T_world_object) for item in assembly])
+    placed = joined([item.solids for item in assembly])
     way = free_way(placed, points, unit, gap, max_travel)
     return tuple(item.moved(way * unit) for item in assembly) if 0.0 <= way < np.inf else None
 
@@ -106,18 +117,13 @@ def is_free_of(placed: PlacedObject, others: Assembly, gap: float = 0.01) -> boo
     """Whether an object keeps a gap to all others [m]: each one's surface against the other's solids."""
     surface: NDArray[np.float64] | None = None
     for other in others:
-        reach = _radius(placed) + _radius(other) + gap
+        reach = placed.radius + other.radius + gap
         if np.linalg.norm(placed.T_world_object[:2, 3] - other.T_world_object[:2, 3]) > reach:
             continue
         surface = placed.world_surface() if surface is None else surface
         if other.is_nearer(surface, gap) or placed.is_nearer(other.world_surface(), gap):
             return False
     return True
-
-
-def _radius(placed: PlacedObject) -> float:
-    """Horizontal reach of an object from its origin [m]."""
-    return float(np.sqrt((placed.surface[:, :2] ** 2).sum(axis=1).max()))
 
 
 def is_eye_free(T_world_camera: NDArray[np.float64], objects: Assembly, room: float = EYE_ROOM) -> bool:

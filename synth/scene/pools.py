@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from synth.occluders.meshlib import IMPORTED, MeshModel
 from synth.occluders.model import Occluder
 from synth.scene.config import DRAWS_PER_BLOCK, SceneConfig
 from synth.scene.objects import ObjectMix
-from synth.vocabulary import OCCLUDER_CODE, SPLITS
+from synth.vocabulary import N_PARTS, OCCLUDER_CODE, SPLITS
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -39,12 +39,33 @@ class Subject:
         subject_id: "subject/<split>/<number>".
         body: The body.
         vertex_part: (n_vertices,) uint8, body part of each vertex (of one of its faces).
+        spec: What the body was made from, as plain JSON values.
     """
 
     subject_id: str
     body: Body
     vertex_part: NDArray[np.uint8]
     spec: dict[str, object]
+    _rows: dict[tuple[str, frozenset[int]], NDArray[np.int64]] = field(default_factory=dict, repr=False)
+
+    def vertices_of(self, parts: frozenset[int]) -> NDArray[np.int64]:
+        """(m,) indices of the vertices that belong to these parts."""
+        return self._rows_of("vertices", parts, lambda: is_among(parts, self.vertex_part))
+
+    def vertices_without(self, parts: frozenset[int]) -> NDArray[np.int64]:
+        """(m,) indices of the vertices that do not belong to these parts."""
+        return self._rows_of("others", parts, lambda: ~is_among(parts, self.vertex_part))
+
+    def faces_of(self, parts: frozenset[int]) -> NDArray[np.int64]:
+        """(m,) indices of the faces that belong to these parts."""
+        return self._rows_of("faces", parts, lambda: is_among(parts, self.body.mesh.face_label))
+
+    def _rows_of(
+        self, kind: str, parts: frozenset[int], find: Callable[[], NDArray[np.bool_]]
+    ) -> NDArray[np.int64]:
+        if (kind, parts) not in self._rows:
+            self._rows[kind, parts] = np.flatnonzero(find())
+        return self._rows[kind, parts]
 
 
 @dataclass(frozen=True)
@@ -141,6 +162,13 @@ class Pools:
         return PooledObject(
             spec_id, registry.to_plain(spec), occluder, surface_points(occluder.mesh, SURFACE_SPACING)
         )
+
+
+def is_among(parts: frozenset[int], labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(n,) whether each label is one of the parts; by table, which is faster than `np.isin`."""
+    table = np.zeros(N_PARTS + 1, dtype=np.bool_)
+    table[list(parts)] = True
+    return table[labels]
 
 
 def _pooled(model: MeshModel) -> PooledObject:

@@ -6,7 +6,6 @@ import numpy as np
 
 from synth.bodies.poses.sit import seat_depth_of, seat_height_of
 from synth.occluders import registry
-from synth.occluders.solids.distance import place
 from synth.occluders.solids.sweep import free_way
 from synth.scene.bases import draw_base_pose
 from synth.scene.draw import SEAT, Person, SceneDraw
@@ -74,9 +73,9 @@ def _slide_under(draw: SceneDraw, person: Person, seat: PlacedObject) -> PlacedO
     is_trunk = person.is_of(SEAT) & is_above
     is_leg = person.is_of(LOWER_LEGS)
     trunk, legs = person.vertices[is_trunk], person.vertices[is_leg]
-    solids = place(start.occluder.solids, start.T_world_object)
     ways = (
-        free_way(solids, points, FORWARD, gap, travel) for points, gap in ((trunk, draw.gap()), (legs, LEG_GAP))
+        free_way(start.solids, points, FORWARD, gap, travel)
+        for points, gap in ((trunk, draw.gap()), (legs, LEG_GAP))
     )
     way = min(*ways, travel)
     placed = start.moved((way, 0.0, 0.0))

@@ -1,40 +1,68 @@
 """Whole scenes as stored entries and back; of each body layer is stored what the composite does not show."""
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pipelines.corpus.fields import OF_PEOPLE, moment_values
-from pipelines.corpus.layers import body_layer, hidden_layer
+from pipelines.corpus.layers import body_layer
 from synth.camera import Camera
 from synth.frame import Moment, PersonMotion, PersonView, RoomFrame, RoomInfo
 from synth.vocabulary import CONTACT_NAMES, MAX_PEOPLE, N_JOINTS, N_PARTS, SPLITS, JointState
+
+
+@njit(cache=True, nogil=True)
+def _hide_seen(  # type: ignore[no-untyped-def]
+    depth, part, person, number, left, top, body_depth, body_part, hidden_depth, hidden_part
+):
+    """Fills hidden_* (height, width), zeros before, with a body's crop where the composite does not show the same.
+
+    Returns:
+        How many pixels show the person outside the crop, and how many inside where the body has none.
+    """
+    n_inside, n_wrong = 0, 0
+    for y in range(body_part.shape[0]):
+        for x in range(body_part.shape[1]):
+            seen = part[top + y, left + x] if person[top + y, left + x] == number else np.uint8(0)
+            own = body_part[y, x]
+            is_same = (seen != 0) & (own == seen) & (body_depth[y, x] == depth[top + y, left + x])
+            hidden_depth[top + y, left + x] = np.uint16(0) if is_same else body_depth[y, x]
+            hidden_part[top + y, left + x] = np.uint8(0) if is_same else own
+            n_inside += seen != 0
+            n_wrong += (seen != 0) & (own == 0)
+    n_all = 0
+    for y in range(person.shape[0]):
+        for x in range(person.shape[1]):
+            n_all += person[y, x] == number
+    return n_all - n_inside, n_wrong
 
 
 def hidden_layers(frame: RoomFrame) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
     """What the composite hides of each person: zeros where it shows them.
 
     Returns:
-        (8, height, width) uint16 depth [mm] and (8, height, width) uint8 part.
+        (n_people, height, width) uint16 depth [mm] and (n_people, height, width) uint8 part.
 
     Raises:
         ValueError: The composite shows a person where their body layer has none.
     """
-    shape = (MAX_PEOPLE, *frame.depth.shape)
+    shape = (len(frame.people), *frame.depth.shape)
     hidden_depth, hidden_part = np.zeros(shape, np.uint16), np.zeros(shape, np.uint8)
     for k, view in enumerate(frame.people):
-        window = view.window
-        part = np.where(frame.person[window] == k + 1, frame.part[window], 0).astype(np.uint8)
-        n_outside = np.count_nonzero(frame.person == k + 1) - np.count_nonzero(part)
+        left, top, _, _ = view.box
+        n_outside, n_wrong = _hide_seen(
+            frame.depth, frame.part, frame.person, k + 1, left, top,
+            view.body_depth, view.body_part, hidden_depth[k], hidden_part[k],
+        )  # fmt: skip
         if n_outside:
             raise ValueError(f"the composite shows person {k + 1} in {n_outside} pixels outside their box")
-        hidden_depth[k][window], hidden_part[k][window] = hidden_layer(
-            frame.depth[window], part, view.body_depth, view.body_part
-        )
+        if n_wrong:
+            raise ValueError(f"the composite shows a person in {n_wrong} pixels where the body layer has none")
     return hidden_depth, hidden_part
 
 
 def room_values(frame: RoomFrame, n_dof: int) -> dict[str, np.ndarray]:
-    """A scene's entries by array name.
+    """A scene's entries by array name; the hidden layers of absent people, which hold nothing, are left out.
 
     Args:
         frame: The scene.

@@ -103,4 +103,4 @@ def _lowest(body: Body, side: str, T_world_foot: NDArray[np.float64], pitch: flo
     draft.angles[DOF_IDX[f"{side}_toes_extension"]] = min(max(pitch, 0.0), TOES_LIMIT)
     T_root_foot = draft.links()[LINK_IDX[f"{side}_ankle_inversion"]]
     draft.T_world_root = T_world_foot @ np.linalg.inv(T_root_foot)
-    return float(draft.skin(landmarks_of(body).side[side].foot)[:, 2].min())
+    return draft.lowest(landmarks_of(body).side[side].foot)

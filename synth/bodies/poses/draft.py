@@ -9,8 +9,7 @@ from synth.bodies.body import Body, Pose
 from synth.bodies.poses.landmarks import Landmarks, landmarks_of
 from synth.bodies.rig.collision import SEGMENT_IDX, excess_depth, excess_of_limb, fit_of
 from synth.bodies.rig.ik import Goal, Solution, solve_limb
-from synth.bodies.rig.kinematics import link_transforms
-from synth.bodies.rig.skinning import skin_placed
+from synth.bodies.rig.skinning import lowest_before, pose_links, pose_skin
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX, LOWER, N_DOFS, UPPER
 from synth.geometry import axis_angle
 
@@ -62,7 +61,7 @@ class Draft:
 
     def links(self) -> NDArray[np.float64]:
         """(n_links, 4, 4) T_world_link."""
-        return link_transforms(self.body.skeleton, self.angles, self.T_world_root)
+        return pose_links(self.body, self.angles, self.T_world_root)
 
     def point(self, link: str, local: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
         """World place of a point fixed to a link [m]."""
@@ -71,7 +70,11 @@ class Draft:
 
     def skin(self, chosen: NDArray[np.int64]) -> NDArray[np.float32]:
         """(m, 3) chosen skin vertices, world [m]."""
-        return skin_placed(self.body, self.links(), chosen)
+        return pose_skin(self.body, self.angles, self.T_world_root, chosen)[1]
+
+    def lowest(self, chosen: NDArray[np.int64], front: float = np.inf) -> float:
+        """Height of the lowest of the chosen skin vertices whose x is below `front`, world [m]; +inf if none is."""
+        return float(lowest_before(self.skin(chosen), front))
 
     def solve(self, limb: str, goals: list[Goal], rest_weight: float = 0.02) -> Solution:
         """Moves a limb to its goals, starting from and pulled to the angles it has."""
@@ -85,7 +88,7 @@ class Draft:
 
     def excess_of(self, side: str, limb: str) -> float:
         """`excess` of the "arm" or "leg" of one side alone [m]."""
-        return excess_of_limb(self.body, self.links(), f"{side}_{limb}")
+        return excess_of_limb(self.body, self.angles, self.T_world_root, f"{side}_{limb}")
 
     def surface(self, segment: str, link: str, height: float, turn: float) -> tuple[NDArray, NDArray]:
         """A point on the skin of a segment and the direction out of it.

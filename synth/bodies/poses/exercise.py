@@ -118,7 +118,7 @@ def _stand_on_one_leg(draft: Draft, rng: np.random.Generator, wild: float) -> No
             knee_flexion=knee,
             ankle_flexion=float(rng.uniform(-25, 10)),
         )
-        if float(draft.skin(draft.marks.side[raised].foot)[:, 2].min()) >= CLEARANCE:
+        if draft.lowest(draft.marks.side[raised].foot) >= CLEARANCE:
             return
         flexion, knee = flexion + 8.0, min(knee + 8.0, 120.0)
 
@@ -138,7 +138,7 @@ def move_arms(draft: Draft, rng: np.random.Generator, targets: HandTargets | Non
         draft.set(f"{side}_", **angles)
         shape_hand(draft, side, rng)
     hands = np.concatenate([draft.marks.side[side].hand for side in "lr"])
-    return float(draft.skin(hands)[:, 2].min()) >= 0.0
+    return draft.lowest(hands) >= 0.0
 
 
 def _draw_arm(rng: np.random.Generator) -> dict[str, float]:

@@ -1,13 +1,12 @@
 """Contact landmarks of a body: what of hands, feet and seat touches things, and the lengths of the limbs."""
 
-import weakref
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.bodies.body import Body
-from synth.bodies.rig.collision import SEGMENT_IDX, fit_of, link_shares
+from synth.bodies.body import Body, kept_with_body
+from synth.bodies.rig.collision import SEGMENT_IDX, fit_of, moved_by
 from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.skeleton import DOF_IDX, LINK_IDX
 
@@ -80,18 +79,6 @@ class Landmarks:
     trunk: float
 
 
-_LANDMARKS: dict[int, Landmarks] = {}
-
-
-def landmarks_of(body: Body) -> Landmarks:
-    """The body's landmarks, found at the first call and kept as long as the body lives."""
-    key = id(body)
-    if key not in _LANDMARKS:
-        _LANDMARKS[key] = _find_landmarks(body)
-        weakref.finalize(body, _LANDMARKS.pop, key, None)
-    return _LANDMARKS[key]
-
-
 def mean_radius(body: Body, segment: str, height: float) -> float:
     """Mean distance of a segment's skin from its axis [m].
 
@@ -108,13 +95,13 @@ class _BindSkin:
     """The skin in the bind pose, by the link that moves each vertex most."""
 
     def __init__(self, body: Body) -> None:
-        self.dominant = link_shares(body).argmax(axis=1)
+        self.body = body
         self.T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
         self.vertices = body.mesh.vertices.astype(np.float64)
 
     def of(self, side: str, links: tuple[str, ...]) -> NDArray[np.int64]:
         """Vertices that links of a side move."""
-        return np.flatnonzero(np.isin(self.dominant, [LINK_IDX[f"{side}_{link}"] for link in links]))
+        return moved_by(self.body, (f"{side}_{link}" for link in links))
 
     def local(self, side: str, links: tuple[str, ...], frame: str) -> NDArray[np.float64]:
         """(n, 3) those vertices in the frame of a link of that side [m]."""
@@ -122,7 +109,9 @@ class _BindSkin:
         return (self.vertices[self.of(side, links)] - T[:3, 3]) @ T[:3, :3]
 
 
-def _find_landmarks(body: Body) -> Landmarks:
+@kept_with_body
+def landmarks_of(body: Body) -> Landmarks:
+    """The body's landmarks, found at the first call and kept as long as the body lives."""
     skin = _BindSkin(body)
     length = np.linalg.norm(body.skeleton.offsets, axis=1)
     palm = float(length[DOF_IDX["l_fingers_flexion"]])
@@ -131,7 +120,7 @@ def _find_landmarks(body: Body) -> Landmarks:
     thigh = float(length[DOF_IDX["l_knee_flexion"]])
     shank = float(length[DOF_IDX["l_ankle_flexion"]])
     names = ["lumbar_flexion", "thorax_flexion", "neck_flexion"]
-    pelvis = np.flatnonzero(skin.dominant == LINK_IDX["root"])
+    pelvis = moved_by(body, ("root",))
     return Landmarks(
         side=sides,
         seat=np.concatenate([pelvis, skin.of("l", _THIGH), skin.of("r", _THIGH)]),

@@ -10,7 +10,7 @@ from synth.bodies.poses.library import FOOT_DOWN, FOOT_FLAT, FOOT_UP
 from synth.bodies.poses.sit import lower_onto_seat, put_foot_down
 from synth.bodies.poses.stand import SIGN, draft_pitch, shape_hand
 from synth.bodies.rig.ik import Goal, solve_limb
-from synth.bodies.rig.skinning import pose_vertices
+from synth.bodies.rig.skinning import ALL_VERTICES
 from synth.bodies.skeleton import LINK_IDX
 
 ON_FLOOR = 0.006
@@ -70,7 +70,7 @@ def pose_as_recorded(
     if not is_placed:
         return False
     free_arms(draft)
-    return float(pose_vertices(draft.body, draft.pose("draft"))[:, 2].min()) >= -MAX_BELOW
+    return draft.lowest(ALL_VERTICES) >= -MAX_BELOW
 
 
 def free_arms(draft: Draft) -> None:
@@ -182,7 +182,7 @@ def unit_or_forward(x: float, y: float) -> tuple[float, float]:
 
 def _lowest(draft: Draft, side: str) -> float:
     """Height of a foot's lowest skin [m]."""
-    return float(draft.skin(draft.marks.side[side].foot)[:, 2].min())
+    return draft.lowest(draft.marks.side[side].foot)
 
 
 def sit_on_seat(draft: Draft, seat_height: float) -> bool:

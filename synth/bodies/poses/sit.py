@@ -111,13 +111,17 @@ def sit(draft: Draft, rng: np.random.Generator, wild: float, sitting: Sitting, s
 def seat_skin(draft: Draft) -> NDArray[np.float32]:
     """(m, 3) skin of pelvis and thighs that is over the seat, world [m]."""
     skin = draft.skin(draft.marks.seat)
-    front = draft.T_world_root[0, 3] + SEAT_DEPTH_SHARE * draft.marks.thigh
-    return skin[skin[:, 0] < front]
+    return skin[skin[:, 0] < _seat_front(draft)]
+
+
+def _seat_front(draft: Draft) -> float:
+    """World x of the seat's front edge [m]."""
+    return float(draft.T_world_root[0, 3] + SEAT_DEPTH_SHARE * draft.marks.thigh)
 
 
 def lower_onto_seat(draft: Draft, seat_height: float) -> None:
     """Moves the root so that the lowest skin over the seat is at the seat's height."""
-    draft.T_world_root[2, 3] += seat_height - float(seat_skin(draft)[:, 2].min())
+    draft.T_world_root[2, 3] += seat_height - draft.lowest(draft.marks.seat, _seat_front(draft))
 
 
 @dataclass(frozen=True)
@@ -216,7 +220,7 @@ def put_foot_down(
             Goal("ankle_inversion", (1, 0, 0), toes, 0.04, is_point=False),
         ]
         draft.solve(f"{side}_leg", goals, 0.004)
-        off = float(draft.skin(marks.side[side].foot)[:, 2].min())
+        off = draft.lowest(marks.side[side].foot)
         if abs(off) < 0.001:
             break
         low += off
@@ -234,7 +238,7 @@ def _hang_foot(draft: Draft, side: str, forward: float) -> bool:
     draft.set(f"{side}_", knee_flexion=84 - swing, hip_rotation=0.0, ankle_inversion=4)
     for ankle in (-40, -29, -18, -8, 2, 12):
         draft.set(f"{side}_", ankle_flexion=ankle)
-        low = float(draft.skin(draft.marks.side[side].foot)[:, 2].min())
+        low = draft.lowest(draft.marks.side[side].foot)
         if low > OUT_OF_REACH:
             draft.set(f"{side}_", ankle_flexion=-18)
         if low >= 0.0:

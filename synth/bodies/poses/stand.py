@@ -44,7 +44,7 @@ def plant_feet(draft: Draft, feet: dict[str, tuple[float, float, float]]) -> flo
                 Goal("ankle_inversion", (1, 0, 0), toes, 0.15, is_point=False),
             ]
             draft.solve(f"{side}_leg", goals, 0.004)
-            low[side] = float(draft.skin(draft.marks.side[side].foot)[:, 2].min())
+            low[side] = draft.lowest(draft.marks.side[side].foot)
             height[side] -= low[side]
         if max(abs(value) for value in low.values()) < 1e-3:
             break
@@ -171,7 +171,7 @@ def walk(draft: Draft, rng: np.random.Generator, wild: float) -> None:
         swing = -vigour * 22 * float(np.cos(2 * np.pi * own))
         draft.set(f"{side}_", shoulder_flexion=3 + swing, elbow_flexion=18 + max(0.0, 0.7 * swing))
     feet = np.concatenate([draft.marks.side[side].foot for side in "lr"])
-    draft.T_world_root[2, 3] -= float(draft.skin(feet)[:, 2].min())
+    draft.T_world_root[2, 3] -= draft.lowest(feet)
     look_about(draft, rng, wild)
 
 
@@ -204,7 +204,7 @@ def hang_arm(draft: Draft, side: str, rng: np.random.Generator, wild: float) -> 
             break
     hand = draft.marks.side[side].hand
     for _ in range(8):
-        if float(draft.skin(hand)[:, 2].min()) >= 0.0:
+        if draft.lowest(hand) >= 0.0:
             break
         draft.set(f"{side}_", elbow_flexion=draft.get(f"{side}_elbow_flexion") + 12.0)
 

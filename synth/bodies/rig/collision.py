@@ -4,13 +4,14 @@ Each segment of a body is fitted once by its radius over height and direction ab
 points of the limbs are then tested against the profiles of the segments they must stay out of.
 """
 
-import weakref
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from synth.bodies.body import Body, Pose
+from synth.bodies.body import Body, Pose, kept_with_body
 from synth.bodies.rig.collision_profiles import (
     N_DIRECTIONS,
     N_HEIGHTS,
@@ -20,7 +21,7 @@ from synth.bodies.rig.collision_profiles import (
     worst_depth,
 )
 from synth.bodies.rig.kinematics import link_transforms
-from synth.bodies.rig.skinning import skin_placed
+from synth.bodies.rig.skinning import pose_skin
 from synth.bodies.skeleton import LINK_IDX, N_LINKS
 
 N_POINTS = 70
@@ -98,29 +99,51 @@ class BodyFit:
     limb_rows: dict[str, slice]
 
 
-_FITS: dict[int, BodyFit] = {}
-
-
-def fit_of(body: Body) -> BodyFit:
-    """The body's fit, made at the first call and kept as long as the body lives."""
-    key = id(body)
-    if key not in _FITS:
-        _FITS[key] = _fit(body)
-        weakref.finalize(body, _FITS.pop, key, None)
-    return _FITS[key]
-
-
 def link_shares(body: Body) -> NDArray[np.float32]:
     """(n_vertices, n_links) skin weights as a full table."""
     weights = body.weights
-    n = len(body.mesh.vertices)
-    table = np.zeros((n, N_LINKS), dtype=np.float32)
-    row = np.repeat(np.arange(n), np.diff(weights.indptr))
-    np.add.at(table, (row, weights.link), weights.weight)
+    table = np.zeros((len(body.mesh.vertices), N_LINKS), dtype=np.float32)
+    _fill_shares(weights.indptr, weights.link, weights.weight, table)
     return table
 
 
-def _fit(body: Body) -> BodyFit:
+@njit(cache=True, nogil=True)
+def _fill_shares(
+    indptr: NDArray[np.int32], link: NDArray[np.int32], weight: NDArray[np.float32], table: NDArray[np.float32]
+) -> None:
+    """Adds weights in CSR order to a table (n_vertices, n_links) of zeros."""
+    for v in range(table.shape[0]):
+        for e in range(indptr[v], indptr[v + 1]):
+            table[v, link[e]] += weight[e]
+
+
+@kept_with_body
+def dominant_links(body: Body) -> NDArray[np.int64]:
+    """(n_vertices,) the link that moves each vertex most, the first of equals; found at the first call."""
+    return _largest(link_shares(body))
+
+
+@njit(cache=True, nogil=True)
+def _largest(table: NDArray[np.float32]) -> NDArray[np.int64]:
+    """(n,) place of the largest of each row, the first of equals."""
+    out = np.zeros(table.shape[0], dtype=np.int64)
+    for v in range(table.shape[0]):
+        for k in range(1, table.shape[1]):
+            if table[v, k] > table[v, out[v]]:
+                out[v] = k
+    return out
+
+
+def moved_by(body: Body, links: Iterable[str]) -> NDArray[np.int64]:
+    """(m,) vertices that some links, by name, move most."""
+    is_one = np.zeros(N_LINKS, dtype=np.bool_)
+    is_one[[LINK_IDX[link] for link in links]] = True
+    return np.flatnonzero(is_one[dominant_links(body)])
+
+
+@kept_with_body
+def fit_of(body: Body) -> BodyFit:
+    """The body's fit, made at the first call and kept as long as the body lives."""
     shares = link_shares(body)
     T_bind = link_transforms(body.skeleton, body.bind_angles, np.eye(4))
     vertices = body.mesh.vertices.astype(np.float64)
@@ -141,18 +164,17 @@ def _fit(body: Body) -> BodyFit:
     girth = float(profiles.radius[SEGMENT_IDX["thorax"]].mean())
     flesh = min(max(girth / USUAL_GIRTH, 0.6), 2.0)
     cloth = {"arm": body.spec.top_ease, "leg": body.spec.bottom_ease}
-    return BodyFit(profiles, *_test_points(shares, vertices, T_bind, flesh, cloth))
+    return BodyFit(profiles, *_test_points(body, vertices, T_bind, flesh, cloth))
 
 
 def _test_points(
-    shares: NDArray[np.float32],
+    body: Body,
     vertices: NDArray[np.float64],
     T_bind: NDArray[np.float64],
     flesh: float,
     cloth: dict[str, float],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], dict[str, slice]]:
     """Points of all limbs, what each may do, and the range of rows of each limb."""
-    dominant = shares.argmax(axis=1)
     points: list[NDArray[np.int64]] = []
     allowed: list[NDArray[np.float64]] = []
     limb_rows: dict[str, slice] = {}
@@ -160,9 +182,7 @@ def _test_points(
         for side in "lr":
             start = sum(len(own) for own in points)
             for name in names:
-                own = np.flatnonzero(
-                    np.isin(dominant, [LINK_IDX[f"{side}_{link}"] for link in _POINT_LINKS[name]])
-                )
+                own = moved_by(body, (f"{side}_{link}" for link in _POINT_LINKS[name]))
                 if name in _SKIPPED and len(own):
                     T = T_bind[LINK_IDX[f"{side}_{_SIDED[name][0]}"]]
                     z = ((vertices[own] - T[:3, 3]) @ T[:3, :3])[:, 2]
@@ -184,36 +204,32 @@ def _allowances(name: str, side: str, flesh: float, cloth: float) -> NDArray[np.
     return row
 
 
-def excess_depth(body: Body, pose: Pose, T_world_link: NDArray[np.float64] | None = None) -> float:
+def excess_depth(body: Body, pose: Pose) -> float:
     """Depth of the worst self-collision beyond what is allowed for its pair of segments [m]; negative if none.
 
     Args:
         body: The person.
         pose: Angles and root.
-        T_world_link: (n_links, 4, 4) of this pose, if it is known already.
     """
     fit = fit_of(body)
-    if T_world_link is None:
-        T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
-    skin = skin_placed(body, T_world_link, fit.points)
+    T_world_link, skin = pose_skin(body, pose.angles, pose.T_world_root, fit.points)
     return float(worst_depth(fit.profiles, T_world_link, skin, fit.allowed)[0])
 
 
-def excess_of_limb(body: Body, T_world_link: NDArray[np.float64], limb: str) -> float:
+def excess_of_limb(body: Body, angles: NDArray[np.float64], T_world_root: NDArray[np.float64], limb: str) -> float:
     """`excess_depth` of the skin of one limb alone: "l_arm", "r_arm", "l_leg" or "r_leg"."""
     fit = fit_of(body)
     own = fit.limb_rows[limb]
-    skin = skin_placed(body, T_world_link, fit.points[own])
+    T_world_link, skin = pose_skin(body, angles, T_world_root, fit.points[own])
     return float(worst_depth(fit.profiles, T_world_link, skin, fit.allowed[own])[0])
 
 
 def worst_collision(body: Body, pose: Pose) -> tuple[str, float]:
     """Name of the segment entered the deepest beyond what is allowed, and that excess [m]."""
     fit = fit_of(body)
-    T_world_link = link_transforms(body.skeleton, pose.angles, pose.T_world_root)
-    skin = skin_placed(body, T_world_link, fit.points)
+    T_world_link, skin = pose_skin(body, pose.angles, pose.T_world_root, fit.points)
     excess, point, segment = worst_depth(fit.profiles, T_world_link, skin, fit.allowed)
-    owner = tuple(LINK_IDX)[link_shares(body)[fit.points[point]].argmax()]
+    owner = tuple(LINK_IDX)[dominant_links(body)[fit.points[point]]]
     return f"{owner} in {tuple(SEGMENTS)[segment]}", float(excess)
 
 

@@ -75,17 +75,22 @@ def dressed_table(figure: Figure, spec: BodySpec) -> NDArray[np.float32]:
         put_on_top(table, figure.axes, spec, folds)
     cover_head(table, spec, figure.table)
     out = table.astype(np.float32)
-    table_view(out, "trunk")[:] = table_view(
-        figure.table, "trunk"
-    )  # a skirt hangs from the hips, not from the top
-    skirt_table(out, figure.axes, max(spec.bottom_ease, 0.004), spec.skirt_flare)
-    table_view(out, "trunk")[:] = table_view(table, "trunk")
     if spec.bottom in SKIRTS:
-        pleats = folds("skirt", along=5.0, around=0.9)
-        depth = np.linspace(1.0, 0.0, len(pleats))[:, None]
-        view = table_view(out, "skirt")
-        view += ((0.25 * spec.skirt_flare + 0.4 * spec.bottom_ease) * depth * pleats).astype(np.float32)
+        put_on_skirt(out, figure, spec, folds)
     return out
+
+
+def put_on_skirt(table: NDArray[np.float32], figure: Figure, spec: BodySpec, folds: Folds) -> None:
+    """A skirt, or a coat from the waist down, with its pleats; the skirt's part of the table is overwritten."""
+    trunk = table_view(table, "trunk")
+    dressed = trunk.copy()
+    trunk[:] = table_view(figure.table, "trunk")  # a skirt hangs from the hips, not from the top
+    skirt_table(table, figure.axes, max(spec.bottom_ease, 0.004), spec.skirt_flare)
+    trunk[:] = dressed
+    pleats = folds("skirt", along=5.0, around=0.9)
+    depth = np.linspace(1.0, 0.0, len(pleats))[:, None]
+    view = table_view(table, "skirt")
+    view += ((0.25 * spec.skirt_flare + 0.4 * spec.bottom_ease) * depth * pleats).astype(np.float32)
 
 
 def put_on_top(table: Array, axes: Axes, spec: BodySpec, folds: Folds) -> None:

@@ -10,7 +10,7 @@ from synth.bodies.shape.figure import Figure, laid_half, mean_table, solved_figu
 from synth.bodies.shape.frame_points import BIND_ANGLES
 from synth.bodies.shape.template import SKIRT_EASE, SKIRT_FLARE, Template, mirrored_vertices, template
 from synth.bodies.skeleton import DOF_IDX, Skeleton
-from synth.bodies.spec import BodySpec
+from synth.bodies.spec import SKIRTS, BodySpec
 from synth.geometry import LabelledMesh
 
 N_BODY_ROUNDS = 5
@@ -68,7 +68,7 @@ def skin_of(figure: Figure, spec: BodySpec, skin: Template) -> NDArray[np.float6
         (n_vertices, 3) float64, bind pose, root frame [m].
     """
     tables = [mean_table() * np.float32(spec.stature), figure.table.copy()]
-    for table in tables:
+    for table in tables if spec.bottom in SKIRTS else ():
         skirt_table(table, figure.axes, SKIRT_EASE, SKIRT_FLARE)
     tables.append(dressed_table(figure, spec))
     mean, own, dressed = (laid_half(figure.axes, table, skin) for table in tables)

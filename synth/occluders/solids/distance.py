@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from synth.occluders.model import BOX, CYLINDER, Solids
+from synth.occluders.model import BOX, CAPSULE, CYLINDER, Solids
 
 FASTMATH = {"contract", "arcp", "nsz", "reassoc"}
 
@@ -75,6 +75,20 @@ def nearest_point(
     placed = place(solids, T_world_object)
     distance, index = _nearest(xyz, placed, float(max_distance))
     return float(distance), int(index)
+
+
+def is_any_nearer(placed: PlacedSolids, points: ArrayLike, distance: float) -> bool:
+    """Whether any point is nearer to the union of posed solids than a signed distance.
+
+    Faster than `nearest_point`: it ends at the first such point, and a point outside a solid's box, grown by the
+    distance, or shrunk if that is negative, is not looked at.
+
+    Args:
+        placed: The solids.
+        points: (n, 3) world frame [m].
+        distance: [m], negative inside.
+    """
+    return bool(_any_nearer(_checked_points(points), placed, float(distance)))
 
 
 def bounding_radii(solids: Solids) -> NDArray[np.float64]:
@@ -192,3 +206,45 @@ def _nearest(points, placed, max_distance):  # type: ignore[no-untyped-def]
                 best = distance
                 best_idx = i
     return best, best_idx
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH)
+def solid_boxes(placed):  # type: ignore[no-untyped-def]
+    """(n, 3), (n, 3) corners of an axis-aligned box round each solid; a cylinder counts as the box round it."""
+    low = np.empty((len(placed.kind), 3))
+    high = np.empty((len(placed.kind), 3))
+    for k in range(len(placed.kind)):
+        for axis in range(3):
+            half = placed.size[k, 0] if placed.kind[k] == CAPSULE else 0.0
+            for j in range(3):
+                half += abs(placed.T_solid_world[k, j, axis]) * placed.size[k, j]
+            low[k, axis] = placed.centre[k, axis] - half
+            high[k, axis] = placed.centre[k, axis] + half
+    return low, high
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _any_nearer(points, placed, distance):  # type: ignore[no-untyped-def]
+    low, high = solid_boxes(placed)
+    least = np.full(3, np.inf)
+    most = np.full(3, -np.inf)
+    for k in range(len(low)):
+        for axis in range(3):
+            low[k, axis] -= distance
+            high[k, axis] += distance
+            least[axis] = min(least[axis], low[k, axis])
+            most[axis] = max(most[axis], high[k, axis])
+    for i in range(len(points)):
+        if _is_outside(points[i], least, most):
+            continue
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(len(low)):
+            if _is_outside(points[i], low[k], high[k]):
+                continue
+            T = placed.T_solid_world[k]
+            x = T[0, 0] * px + T[0, 1] * py + T[0, 2] * pz + T[0, 3]
+            y = T[1, 0] * px + T[1, 1] * py + T[1, 2] * pz + T[1, 3]
+            z = T[2, 0] * px + T[2, 1] * py + T[2, 2] * pz + T[2, 3]
+            if _distance(placed.kind[k], placed.size[k], x, y, z) < distance:
+                return True
+    return False

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from synth.bodies.poses.families import families_for
 from synth.bodies.poses.stand import stand_upright, walk
-from synth.geometry import thinned, transform_points
+from synth.geometry import extent, thinned, transform_points, within
 from synth.scene.bases import draw_arms_pose, draw_base_pose
 from synth.scene.draw import Person, Scene, SceneDraw
 from synth.scene.families import SCENE_FAMILIES, draw_scene_family
@@ -95,11 +95,13 @@ def are_apart(skins: list[NDArray[np.float64]], gap: float = PERSON_GAP) -> bool
         skins: (n, 3) points of each person [m]; a skin's points are nearer to each other than the gap.
         gap: [m].
     """
-    for k, skin in enumerate(skins):
-        for other in skins[:k]:
-            low = np.maximum(skin.min(axis=0), other.min(axis=0)) - gap
-            high = np.minimum(skin.max(axis=0), other.max(axis=0)) + gap
-            near, near_other = (p[((p >= low) & (p <= high)).all(axis=1)] for p in (skin, other))
+    boxes = [extent(skin) for skin in skins]
+    for k, (skin, (low_skin, high_skin)) in enumerate(zip(skins, boxes, strict=True)):
+        for other, (low_other, high_other) in zip(skins[:k], boxes[:k], strict=True):
+            low, high = np.maximum(low_skin, low_other) - gap, np.minimum(high_skin, high_other) + gap
+            if (low > high).any():
+                continue
+            near, near_other = (p[within(p, low, high)] for p in (skin, other))
             if not len(near) or not len(near_other):
                 continue
             tree = cKDTree(thinned(near_other, SKIN_SPACING))

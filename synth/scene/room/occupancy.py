@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from synth.geometry import extent
+
 CELL = 0.05
 """Side of a cell [m]."""
 
@@ -44,10 +46,8 @@ class Occupancy:
 
     def is_free(self, points: NDArray[np.float64]) -> bool:
         """Whether points (n, 2) [m] lie inside the rectangle, on free cells."""
-        cells = self.cells_of(points)
-        if not self._is_inside(cells).all():
-            return False
-        return not self.is_taken[cells[:, 0], cells[:, 1]].any()
+        half = 0.5 * CELL * np.array(self.is_taken.shape)
+        return bool(_are_free(np.asarray(points, dtype=np.float64), half, CELL, self.is_taken))
 
     def draw_free(self, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """(n, 2) free places, all free cells being equally likely [m]; (0, 2) if there are none."""
@@ -57,18 +57,29 @@ class Occupancy:
         cells = np.stack(np.unravel_index(free[rng.integers(len(free), size=n)], self.is_taken.shape), axis=1)
         return (cells + rng.random((n, 2)) - 0.5 * np.array(self.is_taken.shape)) * CELL
 
-    def _is_inside(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return np.asarray(((cells >= 0) & (cells < np.array(self.is_taken.shape))).all(axis=1))
-
 
 def footprint(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n, 2) one place [m] for each piece of floor, half a cell wide, that points (m, 3) stand over."""
     step = 0.5 * CELL
-    low = np.floor(points[:, :2].min(axis=0) / step).astype(np.int64)
-    high = np.floor(points[:, :2].max(axis=0) / step).astype(np.int64)
+    least, most = extent(points)
+    low = np.floor(least[:2] / step).astype(np.int64)
+    high = np.floor(most[:2] / step).astype(np.int64)
     is_there = np.zeros(high - low + 1, np.bool_)
     _stand_over(points, step, low, is_there)
     return (np.argwhere(is_there) + low + 0.5) * step
+
+
+@njit(cache=True, nogil=True)
+def _are_free(
+    points: NDArray[np.float64], half: NDArray[np.float64], cell: float, is_taken: NDArray[np.bool_]
+) -> bool:
+    """Whether all points (n, 2) [m] lie on free cells of a grid around the origin, half so long and wide [m]."""
+    for i in range(points.shape[0]):
+        x = int(np.floor((points[i, 0] + half[0]) / cell))
+        y = int(np.floor((points[i, 1] + half[1]) / cell))
+        if not (0 <= x < is_taken.shape[0] and 0 <= y < is_taken.shape[1]) or is_taken[x, y]:
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True)
