@@ -170,4 +170,24 @@ def thinned(points: NDArray[np.float64], cell: float) -> NDArray[np.float64]:
     """
     cells = np.floor(points / cell).astype(np.int64) + 2**20
     keys = (cells[:, 0] << 42) + (cells[:, 1] << 21) + cells[:, 2]
-    return points[np.sort(np.unique(keys, return_index=True)[1])]
+    return points[_first_of_each(keys)]
+
+
+@njit(cache=True, nogil=True)
+def _first_of_each(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(m,) where each of the different keys (n,) stands first, in rising order; a hash table with open addresses."""
+    size = 8
+    while size < 2 * keys.shape[0]:
+        size *= 2
+    at = np.full(size, -1, np.int64)
+    out = np.empty(keys.shape[0], np.int64)
+    n = 0
+    for i in range(keys.shape[0]):
+        slot = ((keys[i] * np.int64(0x9E3779B97F4A7C15 - 2**64)) >> np.int64(32)) & (size - 1)
+        while at[slot] >= 0 and keys[at[slot]] != keys[i]:
+            slot = (slot + 1) & (size - 1)
+        if at[slot] < 0:
+            at[slot] = i
+            out[n] = i
+            n += 1
+    return out[:n]

@@ -3,7 +3,7 @@
     pip install open3d
     python tools/make_template.py
 
-Every subject's skin is this mesh laid over its own axes and radii (`synth.bodies.shape.segments.lay_skin`), so
+Every subject's skin is this mesh laid over its own axes and radii (`synth.bodies.shape.laying.lay_skin`), so
 that triangles, labels and weights are the same for all of them.
 """
 

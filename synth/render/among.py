@@ -93,8 +93,12 @@ def object_fractions(room: RenderedRoom) -> NDArray[np.float64]:
 def _count_values(image: NDArray[np.uint8]) -> NDArray[np.int64]:
     """(256,) int64 how often each value stands in (n,) uint8: `np.bincount` without a copy as integers."""
     n = np.zeros(256, np.int64)
+    last, start = image[0], 0  # neighbours are mostly alike: runs are counted
     for i in range(image.size):
-        n[image[i]] += 1
+        if image[i] != last:
+            n[last] += i - start
+            last, start = image[i], i
+    n[last] += image.size - start
     return n
 
 

@@ -120,25 +120,44 @@ def _fill_shares(
 @kept_with_body
 def dominant_links(body: Body) -> NDArray[np.int64]:
     """(n_vertices,) the link that moves each vertex most, the first of equals; found at the first call."""
-    return _largest(link_shares(body))
+    weights = body.weights
+    return _largest(weights.indptr, weights.link, weights.weight, N_LINKS)
 
 
 @njit(cache=True, nogil=True)
-def _largest(table: NDArray[np.float32]) -> NDArray[np.int64]:
-    """(n,) place of the largest of each row, the first of equals."""
-    out = np.zeros(table.shape[0], dtype=np.int64)
-    for v in range(table.shape[0]):
-        for k in range(1, table.shape[1]):
-            if table[v, k] > table[v, out[v]]:
-                out[v] = k
+def _largest(
+    indptr: NDArray[np.int32], link: NDArray[np.int32], weight: NDArray[np.float32], n_links: int
+) -> NDArray[np.int64]:
+    """(n,) link of the greatest sum of weights in each CSR row, the first of equals."""
+    out = np.zeros(indptr.shape[0] - 1, dtype=np.int64)
+    total = np.zeros(n_links, dtype=np.float32)
+    for v in range(out.shape[0]):
+        for e in range(indptr[v], indptr[v + 1]):
+            total[link[e]] += weight[e]
+        best = n_links
+        for e in range(indptr[v], indptr[v + 1]):
+            k = link[e]
+            if best == n_links or total[k] > total[best] or (total[k] == total[best] and k < best):
+                best = k
+        out[v] = best
+        for e in range(indptr[v], indptr[v + 1]):
+            total[link[e]] = np.float32(0.0)
     return out
 
 
+@kept_with_body
+def _vertices_by_link(body: Body) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(n_vertices,) vertices by the link that moves them most, and (n_links + 1,) where each link's begin."""
+    dominant = dominant_links(body)
+    order = np.argsort(dominant, kind="stable")
+    return order, np.searchsorted(dominant[order], np.arange(N_LINKS + 1))
+
+
 def moved_by(body: Body, links: Iterable[str]) -> NDArray[np.int64]:
-    """(m,) vertices that some links, by name, move most."""
-    is_one = np.zeros(N_LINKS, dtype=np.bool_)
-    is_one[[LINK_IDX[link] for link in links]] = True
-    return np.flatnonzero(is_one[dominant_links(body)])
+    """(m,) vertices that some links, by name, move most, in rising order."""
+    order, start = _vertices_by_link(body)
+    rows = [LINK_IDX[link] for link in links]
+    return np.sort(np.concatenate([order[start[row] : start[row + 1]] for row in rows]))
 
 
 @kept_with_body
@@ -157,7 +176,7 @@ def fit_of(body: Body) -> BodyFit:
         np.zeros(n),
     )
     for i, (frame, links) in enumerate(SEGMENTS.values()):
-        own = vertices[shares[:, [LINK_IDX[link] for link in links]].sum(axis=1) >= MIN_SHARE]
+        own = vertices[_held_by(shares, np.array([LINK_IDX[link] for link in links]), MIN_SHARE)]
         T = T_bind[LINK_IDX[frame]]
         if len(own) >= 8:
             fill_profile(profiles, i, (own - T[:3, 3]) @ T[:3, :3])
@@ -165,6 +184,21 @@ def fit_of(body: Body) -> BodyFit:
     flesh = min(max(girth / USUAL_GIRTH, 0.6), 2.0)
     cloth = {"arm": body.spec.top_ease, "leg": body.spec.bottom_ease}
     return BodyFit(profiles, *_test_points(body, vertices, T_bind, flesh, cloth))
+
+
+@njit(cache=True, nogil=True)
+def _held_by(shares: NDArray[np.float32], links: NDArray[np.int64], least: float) -> NDArray[np.int64]:
+    """(m,) vertices of which some links together hold at least a share; shares is (n_vertices, n_links)."""
+    out = np.empty(shares.shape[0], dtype=np.int64)
+    n = 0
+    for v in range(shares.shape[0]):
+        total = shares[v, links[0]]
+        for k in range(1, links.shape[0]):
+            total += shares[v, links[k]]
+        if total >= np.float32(least):
+            out[n] = v
+            n += 1
+    return out[:n]
 
 
 def _test_points(

@@ -62,31 +62,37 @@ def _fill(
     n_heights, n_directions = radius.shape
     step = max(high - low, 1e-6) / (n_heights - 1)
     row = np.empty(local.shape[0], dtype=np.int64)
+    n_of_row = np.zeros(n_heights, dtype=np.int64)
     for p in range(local.shape[0]):
         row[p] = min(max(int(np.rint((local[p, 2] - low) / step)), 0), n_heights - 1)
+        n_of_row[row[p]] += 1
+    near = np.empty(local.shape[0], dtype=np.int64)
     total = np.empty(n_directions)
     count = np.empty(n_directions, dtype=np.int64)
     for h in range(n_heights):
         reach = 0
-        while np.sum(np.abs(row - h) <= reach) < min(MIN_CELL_POINTS, local.shape[0]):
+        wanted = min(MIN_CELL_POINTS, local.shape[0])
+        while np.sum(n_of_row[max(h - reach, 0) : h + reach + 1]) < wanted:
             reach += 1
-        near = np.abs(row - h) <= reach
+        n_near = 0
+        for p in range(local.shape[0]):
+            if abs(row[p] - h) <= reach:
+                near[n_near] = p
+                n_near += 1
         for k in range(2):
             least, most = np.inf, -np.inf
-            for p in range(local.shape[0]):
-                if near[p]:
-                    least = min(least, local[p, k])
-                    most = max(most, local[p, k])
+            for p in near[:n_near]:
+                least = min(least, local[p, k])
+                most = max(most, local[p, k])
             centre[h, k] = 0.5 * (least + most)
         total[:] = 0.0
         count[:] = 0
-        for p in range(local.shape[0]):
-            if near[p]:
-                x = local[p, 0] - centre[h, 0]
-                y = local[p, 1] - centre[h, 1]
-                d = int(np.rint(np.arctan2(y, x) / (2.0 * np.pi) * n_directions)) % n_directions
-                total[d] += np.sqrt(x * x + y * y)
-                count[d] += 1
+        for p in near[:n_near]:
+            x = local[p, 0] - centre[h, 0]
+            y = local[p, 1] - centre[h, 1]
+            d = int(np.rint(np.arctan2(y, x) / (2.0 * np.pi) * n_directions)) % n_directions
+            total[d] += np.sqrt(x * x + y * y)
+            count[d] += 1
         _spread_round(total, count, radius[h])
 
 

@@ -8,6 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from synth.bodies.shape.frame_points import bind_points, skeleton_of
+from synth.bodies.shape.laying import lay_skin
 from synth.bodies.shape.measures import MEASURE_IDX, Mix, mix_of, profiles
 from synth.bodies.shape.segments import (
     LAYOUT,
@@ -15,7 +16,6 @@ from synth.bodies.shape.segments import (
     Axes,
     angles_of,
     axes_through,
-    lay_skin,
     stations_of,
     table_view,
 )
@@ -88,8 +88,8 @@ def mean_table() -> NDArray[np.float32]:
 
 def laid_half(axes: Axes, table: NDArray[np.float32], skin: Template) -> NDArray[np.float64]:
     """(n_half, 3) float64 the left half of a skin over some radii, root frame [m]."""
-    half = np.empty((len(skin.segment), 3))
-    lay_skin(axes, LAYOUT, table, skin.segment, skin.share, skin.coords, half)
+    half = np.empty((len(skin.on_plane), 3))
+    lay_skin(axes, skin.laying, table, half)
     return half
 
 

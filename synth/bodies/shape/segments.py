@@ -176,15 +176,17 @@ def axes_through(points: NDArray[np.float64]) -> Axes:
 
 
 @njit(cache=True, nogil=True)
-def radius_at(table: NDArray[np.float32], layout: Layout, seg: int, station: float, angle: float) -> float:
-    """Bilinear look-up; stations beyond the ends take the end's radius.
+def radius_cell(layout: Layout, seg: int, station: float, angle: float) -> tuple[int, float, int, int, float]:
+    """The cell of a segment's radii that a place lies in; stations beyond the ends count as the end's.
 
     Args:
-        table: (table_size,) [m].
         layout: `LAYOUT`.
         seg: Segment index.
         station: Station coordinate, 0..n_stations - 1.
         angle: [rad], -pi..2 pi.
+
+    Returns:
+        First row and the second one's weight, first column, second column and its weight.
     """
     n_s = layout.n_stations[seg]
     n_a = layout.n_angles[seg]
@@ -201,7 +203,22 @@ def radius_at(table: NDArray[np.float32], layout: Layout, seg: int, station: flo
         a -= j - j % n_a
         j %= n_a
         k = (j + 1) % n_a
-    g = a - j
+    return i, f, j, k, a - j
+
+
+@njit(cache=True, nogil=True)
+def radius_at(table: NDArray[np.float32], layout: Layout, seg: int, station: float, angle: float) -> float:
+    """Bilinear look-up; stations beyond the ends take the end's radius.
+
+    Args:
+        table: (table_size,) [m].
+        layout: `LAYOUT`.
+        seg: Segment index.
+        station: Station coordinate, 0..n_stations - 1.
+        angle: [rad], -pi..2 pi.
+    """
+    i, f, j, k, g = radius_cell(layout, seg, station, angle)
+    n_a = layout.n_angles[seg]
     row = layout.start[seg] + i * n_a
     low = (1.0 - g) * table[row + j] + g * table[row + k]
     high = (1.0 - g) * table[row + n_a + j] + g * table[row + n_a + k]
@@ -261,53 +278,3 @@ def locate(
         station += layout.counts[seg, k]
     beyond = max(-t, t - 1.0, 0.0) * np.sqrt(length2)
     return station, np.arctan2(v, u), np.sqrt(r2), beyond
-
-
-@njit(cache=True, nogil=True)
-def lay_skin(
-    axes: Axes,
-    layout: Layout,
-    table: NDArray[np.float32],
-    segment: NDArray[np.int64],
-    share: NDArray[np.float64],
-    coords: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Puts the skin's points where a body's axes and radii say.
-
-    Args:
-        axes: The body's axes.
-        layout: `LAYOUT`.
-        table: (table_size,) the body's radii [m].
-        segment: (n, k) segments that hold each point, -1 for none.
-        share: (n, k) how much each holds; rows sum to 1.
-        coords: (n, k, 3) station, angle, radius over the table's.
-        out: (n, 3) overwritten, root frame [m].
-    """
-    for v in range(out.shape[0]):
-        for c in range(3):
-            out[v, c] = 0.0
-        for k in range(segment.shape[1]):
-            seg = segment[v, k]
-            if seg < 0:
-                continue
-            station, angle = coords[v, k, 0], coords[v, k, 1]
-            r = coords[v, k, 2] * radius_at(table, layout, seg, station, angle)
-            if layout.n_bones[seg] == 0:
-                polar = station / (layout.n_stations[seg] - 1) * np.pi
-                flat = r * np.sin(polar)
-                out[v, 0] += share[v, k] * (axes.origin[seg, 0, 0] + flat * np.cos(angle))
-                out[v, 1] += share[v, k] * (axes.origin[seg, 0, 1] + flat * np.sin(angle))
-                out[v, 2] += share[v, k] * (axes.origin[seg, 0, 2] + r * np.cos(polar))
-                continue
-            b = 0
-            while b < layout.n_bones[seg] - 1 and station > layout.counts[seg, b]:
-                station -= layout.counts[seg, b]
-                b += 1
-            t = station / layout.counts[seg, b]
-            for c in range(3):
-                out[v, c] += share[v, k] * (
-                    axes.origin[seg, b, c]
-                    + t * axes.bone[seg, b, c]
-                    + r * (np.cos(angle) * axes.e1[seg, b, c] + np.sin(angle) * axes.e2[seg, b, c])
-                )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.bodies.body import SkinWeights
+from synth.bodies.shape.laying import Laying, laying_of
 from synth.vocabulary import MIRRORED_PART
 
 SKIRT_EASE, SKIRT_FLARE = 0.02, 0.06
@@ -18,9 +19,7 @@ class Template(NamedTuple):
     """One skin topology; the first n_half vertices are the left half with the midline, the rest their images.
 
     Attributes:
-        segment: (n_half, k) int64 segments that hold a vertex, -1 for none.
-        share: (n_half, k) float64, rows sum to 1.
-        coords: (n_half, k, 3) float64 station, angle, radius over the table's.
+        laying: Where the left half's vertices lie about the segments that hold them.
         on_plane: (n_half,) bool, on the midline.
         faces: (n_faces, 3) int32.
         face_label: (n_faces,) uint8.
@@ -31,9 +30,7 @@ class Template(NamedTuple):
         ring_weight: (n_edges,) float64 their mean value weights; those of a vertex sum to 1.
     """
 
-    segment: NDArray[np.int64]
-    share: NDArray[np.float64]
-    coords: NDArray[np.float64]
+    laying: Laying
     on_plane: NDArray[np.bool_]
     faces: NDArray[np.int32]
     face_label: NDArray[np.uint8]
@@ -59,9 +56,9 @@ def template(name: str) -> Template:
         image[off_plane] = n_half + np.arange(len(off_plane))
         half, label = data["faces"], data["face_label"]
         return Template(
-            data["segment"].astype(np.int64),
-            data["share"].astype(np.float64),
-            data["coords"].astype(np.float64),
+            laying_of(
+                data["segment"].astype(np.int64), data["share"].astype(np.float64), data["coords"].astype(np.float64)
+            ),
             on_plane,
             np.concatenate([half, image[half][:, ::-1]]).astype(np.int32),
             np.concatenate([label, np.array(MIRRORED_PART)[label]]).astype(np.uint8),

@@ -226,25 +226,43 @@ def solid_boxes(placed):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, fastmath=FASTMATH)
 def _any_nearer(points, placed, distance):  # type: ignore[no-untyped-def]
     low, high = solid_boxes(placed)
+    x, y, z = _inside_all(points, low, high, distance)
+    for k in range(len(low)):
+        x0, y0, z0 = low[k, 0] - distance, low[k, 1] - distance, low[k, 2] - distance
+        x1, y1, z1 = high[k, 0] + distance, high[k, 1] + distance, high[k, 2] + distance
+        # Counted first, which needs no branches and is done for several points at once; most solids have none.
+        n_near = 0
+        for i in range(len(x)):
+            n_near += (x[i] >= x0) & (x[i] <= x1) & (y[i] >= y0) & (y[i] <= y1) & (z[i] >= z0) & (z[i] <= z1)
+        if n_near == 0:
+            continue
+        T = placed.T_solid_world[k]
+        for i in range(len(x)):
+            px, py, pz = x[i], y[i], z[i]
+            if px < x0 or px > x1 or py < y0 or py > y1 or pz < z0 or pz > z1:
+                continue
+            qx = T[0, 0] * px + T[0, 1] * py + T[0, 2] * pz + T[0, 3]
+            qy = T[1, 0] * px + T[1, 1] * py + T[1, 2] * pz + T[1, 3]
+            qz = T[2, 0] * px + T[2, 1] * py + T[2, 2] * pz + T[2, 3]
+            if _distance(placed.kind[k], placed.size[k], qx, qy, qz) < distance:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True, fastmath=FASTMATH)
+def _inside_all(points, low, high, margin):  # type: ignore[no-untyped-def]
+    """x, y and z of the points in the box round boxes (n, 3), each grown by a margin."""
     least = np.full(3, np.inf)
     most = np.full(3, -np.inf)
     for k in range(len(low)):
         for axis in range(3):
-            low[k, axis] -= distance
-            high[k, axis] += distance
-            least[axis] = min(least[axis], low[k, axis])
-            most[axis] = max(most[axis], high[k, axis])
+            least[axis] = min(least[axis], low[k, axis] - margin)
+            most[axis] = max(most[axis], high[k, axis] + margin)
+    kept = np.empty((3, len(points)))
+    n = 0
     for i in range(len(points)):
-        if _is_outside(points[i], least, most):
-            continue
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        for k in range(len(low)):
-            if _is_outside(points[i], low[k], high[k]):
-                continue
-            T = placed.T_solid_world[k]
-            x = T[0, 0] * px + T[0, 1] * py + T[0, 2] * pz + T[0, 3]
-            y = T[1, 0] * px + T[1, 1] * py + T[1, 2] * pz + T[1, 3]
-            z = T[2, 0] * px + T[2, 1] * py + T[2, 2] * pz + T[2, 3]
-            if _distance(placed.kind[k], placed.size[k], x, y, z) < distance:
-                return True
-    return False
+        if not _is_outside(points[i], least, most):
+            for axis in range(3):
+                kept[axis, n] = points[i, axis]
+            n += 1
+    return kept[0, :n], kept[1, :n], kept[2, :n]
