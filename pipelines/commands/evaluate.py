@@ -16,6 +16,7 @@ from pipelines.metrics import N_RESAMPLES
 from pipelines.metrics.document import table_lines
 from pipelines.metrics.offsets import AXES
 from pipelines.metrics.results import is_results
+from pipelines.metrics.views import view_lines
 from pipelines.models.opening import open_model
 from pipelines.models.scoring import Scoring, score_model
 from pipelines.orientation.opening import is_orientation_net, open_net
@@ -37,6 +38,8 @@ log = logging.getLogger(__name__)
 @dataclass(frozen=True)
 class EvaluateSettings:
     """Scores a model on a corpus and prints a table with 95 % intervals.
+
+    Where several cameras see a scene, their answers are also fused.
 
     Orientation nets are scored by their angles; --joint-offsets, --rows, --pixels and --skeleton do not concern them.
 
@@ -88,7 +91,7 @@ class EvaluateSettings:
             for line in orientation_lines(document):
                 log.info("%s", line)
             return 0
-        for line in (*table_lines(document), *_pixel_lines(document["pixels"])):
+        for line in (*table_lines(document), *view_lines(document["views"]), *_pixel_lines(document["pixels"])):
             log.info("%s", line)
         for line in _offset_lines(document["joint_offsets"]):
             log.info("%s", line)

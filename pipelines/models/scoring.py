@@ -7,17 +7,19 @@ import numpy as np
 
 from pipelines.corpus import Corpus
 from pipelines.corpus.header import software_versions
+from pipelines.corpus.joined import frames_of
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
-from pipelines.metrics import N_RESAMPLES, draw_frames, read_truths
+from pipelines.metrics import N_RESAMPLES, draw_frames
 from pipelines.metrics.document import pixel_values, score_document
 from pipelines.metrics.offsets import frames_apart, learn_offsets, upwards, with_offsets
 from pipelines.metrics.pixels import Confusion
 from pipelines.metrics.resampling import FrameWeights
 from pipelines.metrics.results import Results, write_results
+from pipelines.metrics.truths import truths_of_frames
+from pipelines.metrics.views import clips_of_rows, frames_of_rows, view_document, whole_scenes
 from pipelines.models.asking import Contestant, predict_frames
 from pipelines.progress import Progress
-from pipelines.spread import at_most
 from synth.vocabulary import SPLITS
 
 SCHEMA = "undergrowth evaluation"
@@ -31,7 +33,7 @@ class Scoring:
     Attributes:
         split: Which frames: train, val or test.
         sensor: Sensor model for the depth; None = clean depth.
-        limit: Most frames that are scored, evenly spread; 0 = all.
+        limit: Most frames that are scored, evenly spread, all cameras of a scene or none; 0 = all.
         joint_offsets: Frames, not scored, on which offsets between the joints of corpus and model are learned for
             a second score; 0 = none.
         pixels: Whether labels of pixels are scored too, if the model gives any.
@@ -78,15 +80,16 @@ def score_model(
         contestant = replace(contestant, labeller=None)
     corpus.check_sensor(scoring.sensor)
     learning, scored = frames_apart(corpus, scoring.split, scoring.joint_offsets)
-    indices = scored[at_most(len(scored), scoring.limit)]
+    indices = whole_scenes(corpus, scored, scoring.limit)
     if not len(indices):
         raise UserError(f"{corpus.path} has no frames of the split {scoring.split}")
     results, confusion = _answers(contestant, corpus, indices, scoring.sensor, n_threads)
     context = _context(about, corpus, scoring)
     if rows is not None:
         write_results(rows, [results], context)
-    weights = draw_frames(len(indices), scoring.resamples, np.random.default_rng(scoring.seed))
+    weights, by_clip = _weights(corpus, indices, results, scoring)
     document = context | score_document(results, weights)
+    document["views"] = None if by_clip is None else view_document(corpus, indices, results, by_clip)
     document["pixels"] = None if confusion is None else pixel_values(confusion)
     document["joint_offsets"] = None
     if len(learning):
@@ -94,6 +97,18 @@ def score_model(
         taught, _ = _answers(without_pixels, corpus, learning, scoring.sensor, n_threads)
         document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
     return document
+
+
+def _weights(
+    corpus: Corpus, indices: np.ndarray, results: Results, scoring: Scoring
+) -> tuple[FrameWeights, FrameWeights | None]:
+    """How often each answer counts in each resample; and each scene of several cameras, whose views are alike."""
+    rng = np.random.default_rng(scoring.seed)
+    if corpus.header.cameras == 1:
+        return draw_frames(len(indices), scoring.resamples, rng), None
+    clips, n_clips = clips_of_rows(corpus, indices, results)
+    by_clip = draw_frames(n_clips, scoring.resamples, rng)
+    return by_clip[:, clips], by_clip
 
 
 def _context(about: dict, corpus: Corpus, scoring: Scoring) -> dict:
@@ -110,9 +125,9 @@ def _context(about: dict, corpus: Corpus, scoring: Scoring) -> dict:
 
 def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: FrameWeights) -> dict:
     """Offsets learned on some frames' results, and the scores of the others' with them, as JSON values."""
-    learning = taught.truths.frame
+    learning = frames_of_rows(corpus, taught)
     offsets = learn_offsets(taught, upwards(corpus, learning))
-    moved = with_offsets(results, upwards(corpus, results.truths.frame), offsets)
+    moved = with_offsets(results, upwards(corpus, frames_of_rows(corpus, results)), offsets)
     return {
         "splits": [name for name in SPLITS if name in {corpus.info(int(number)).split for number in learning}],
         "frames": learning.tolist(),
@@ -124,6 +139,7 @@ def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: Fr
 def _answers(
     contestant: Contestant, corpus: Corpus, indices: np.ndarray, sensor: str | None, n_threads: int
 ) -> tuple[Results, Confusion | None]:
-    frames = CorpusFrames(corpus, indices, sensor)
+    has_views = corpus.header.cameras > 1
+    frames = frames_of(corpus, indices, sensor) if has_views else CorpusFrames(corpus, indices, sensor)
     with Progress(len(frames), "frame", "evaluate") as bar:
-        return predict_frames(contestant, frames, read_truths(corpus, indices), n_threads, bar.update)
+        return predict_frames(contestant, frames, truths_of_frames(frames), n_threads, bar.update)
