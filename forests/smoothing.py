@@ -18,14 +18,17 @@ class SmoothingConfig:
         noise_m: Standard deviation of an estimate of confidence 1, along each axis [m].
         acceleration: Standard deviation of a joint's acceleration along each axis [m/s^2].
         speed: Standard deviation of a joint's speed when it is first seen, along each axis [m/s].
+        fading_s: A joint that is not found goes on as it moved, and comes to move as the whole body does: what its
+            speed differs by falls to a third within about this [s]. Bodies go on, while arms and legs swing back.
     """
 
     noise_m: float = 0.03
     acceleration: float = 4.0
     speed: float = 0.5
+    fading_s: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("noise_m", "acceleration", "speed"):
+        for name in ("noise_m", "acceleration", "speed", "fading_s"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise ValueError(f"{name}={getattr(self, name)} must be above 0")
 
@@ -49,12 +52,13 @@ class SkeletonSmoother:
         """Takes a frame's estimates and gives smoothed ones.
 
         Args:
-            joints: (n_joints, 3), camera frame [m]; NaN = not found: the joint goes on as it moved.
+            joints: (n_joints, 3) [m]; NaN = not found: the joint goes on, more and more as the whole body does. Of a
+                moving camera, in a frame of reference that stands.
             confidence: (n_joints,), up to 1; the noise of an estimate is inverse to it.
             seconds: Since the last frame [s]; of the first frame, not looked at.
 
         Returns:
-            (n_joints, 3) float32, camera frame [m]; NaN until a joint was found once.
+            (n_joints, 3) float32, likewise [m]; NaN until a joint was found once.
 
         Raises:
             ValueError: Other shapes, another number of joints than before, or time that does not pass.
@@ -77,6 +81,7 @@ class SkeletonSmoother:
         is_found = np.isfinite(found[:, 2])
         is_known = np.isfinite(self._place[:, 2])
         self._correct(found, noise, np.logical_and(is_found, is_known))
+        self._fade(np.logical_and(~is_found, is_known), is_known, seconds)
         self._begin(found, noise, np.logical_and(is_found, ~is_known))
         return self._place.astype(np.float32)
 
@@ -96,6 +101,12 @@ class SkeletonSmoother:
         self._place += gain[:, :1] * off
         self._speed += gain[:, 1:] * off
         self._covariance -= gain[:, :, None] * self._covariance[:, :1, :]
+
+    def _fade(self, is_lost: NDArray[np.bool_], is_known: NDArray[np.bool_], seconds: float) -> None:
+        """Lets joints that are not found come to move as the whole body does."""
+        if is_lost.any():
+            body = self._speed[is_known].mean(axis=0)
+            self._speed[is_lost] = body + (self._speed[is_lost] - body) * np.exp(-seconds / self.config.fading_s)
 
     def _begin(self, found: NDArray[np.float64], noise: NDArray[np.float64], is_new: NDArray[np.bool_]) -> None:
         assert self._place is not None
