@@ -76,7 +76,7 @@ def test_cameras_across_each_other_correct_each_others_depth():
     eyes = np.array([[3.0, 0.0, 1.0], [0.0, 3.0, 1.0]])
     truth = np.array([[0.0, 0.0, 1.0]])
     joints = np.stack([truth - (0.08, 0.0, 0.0), truth - (0.0, 0.08, 0.0)])  # both too deep
-    place, _ = fuse(joints, np.ones((2, 1)), eyes)
+    place, _ = fuse(joints, np.ones((2, 1)), eyes, FusionConfig(along_m=0.1))
     plain = joints.mean(axis=0)
     assert np.linalg.norm(place - truth) < 0.6 * np.linalg.norm(plain - truth)
 
