@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,4 +110,43 @@ class PixelLabeller(Protocol):
 
     def label_pixels(self, depth: NDArray[np.uint16], camera: Pinhole) -> NDArray[np.uint8]:
         """(height, width) uint8: number of the class in `classes`, plus 1; 0 where there is no depth."""
+        ...
+
+
+class JointVotes(NamedTuple):
+    """The votes for one joint of the person in an image.
+
+    Attributes:
+        points: (n, 3) float32, where votes say that the joint is, camera frame [m].
+        weight: (n,) float32, above 0; comparable within an image.
+        is_hider: (n,) bool, cast by pixels of what may hide the person, not by the person's own.
+        modes: (n_modes, 3) float32, where votes gather, most first [m].
+        share: (n_modes,) float32, the forest's confidence in each, falling.
+    """
+
+    points: NDArray[np.float32]
+    weight: NDArray[np.float32]
+    is_hider: NDArray[np.bool_]
+    modes: NDArray[np.float32]
+    share: NDArray[np.float32]
+
+
+@runtime_checkable
+class VoteTeller(Protocol):
+    """A model that tells what its answers come from."""
+
+    def joint_votes(
+        self, joint: int, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None
+    ) -> JointVotes:
+        """The votes for a joint.
+
+        Args:
+            joint: Its number among those that the model answers.
+            depth: (height, width) uint16 [mm], 0 = nothing.
+            camera: Intrinsics.
+            box: Where the person is; None = not known.
+
+        Raises:
+            ValueError: No depth image, or an empty box.
+        """
         ...

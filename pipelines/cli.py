@@ -60,6 +60,7 @@ COMMANDS = {
     ),
     "predict": Command("predict", "PredictSettings", "find the joints in depth images and draw them"),
     "live": Command("live", "LiveSettings", "follow people in depth images, and analyse whom a planner chooses"),
+    "view": Command("view", "ViewSettings", "show a corpus, a recording or answers in a browser"),
     "evaluate": Command("evaluate", "EvaluateSettings", "score a model on a corpus"),
     "card": Command("card", "CardSettings", "write what a model learned from, its scores and its limits"),
     "ablate": Command("ablate", "AblateSettings", "train and compare all methods on the same frames"),

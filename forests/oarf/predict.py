@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from forests.boxes import Box, inside_crop
 from forests.calibration import logistic
 from forests.crops import crop_image
-from forests.estimate import JointEstimate
+from forests.estimate import JointEstimate, JointVotes
 from forests.frames import Hints, Pinhole, check_depth
 from forests.oarf.descend import asked_of, check_hints, descend, flatten, leaves_with_hints, with_hints
 from forests.oarf.evidence import Evidence, pixels_of, terms
@@ -213,6 +213,19 @@ class Predictor:
     ) -> Votes:
         """The votes of all joints before mean shift, arguments as for `predict`; weights are w_ljk D(q)^2."""
         return cast(self._table, *self.reach_leaves(depth, camera, box, n_pixels))
+
+    def joint_votes(
+        self, joint: int, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None
+    ) -> JointVotes:
+        """The votes for one joint, and its modes; see `forests.estimate.VoteTeller`."""
+        votes, n, layers = *self.collect_votes(depth, camera, box), self._table.n_layers
+        streams = range(joint * layers, (joint + 1) * layers)
+        cast_ = np.concatenate([votes[stream, : n[stream]] for stream in streams])
+        is_hider = np.repeat(np.arange(layers) > 0, n[streams.start : streams.stop])
+        proposals, evidence = self.examine(depth, camera, box)
+        is_there = np.isfinite(proposals[joint, :, 2])
+        modes, share = proposals[joint][is_there], evidence.confidence[joint][is_there]
+        return JointVotes(cast_[:, :3], cast_[:, 3], is_hider, modes, share)
 
     def reach_leaves(
         self, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None, n_pixels: int | None = None

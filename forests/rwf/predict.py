@@ -8,14 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from forests.boxes import Box
 from forests.calibration import probability_of
-from forests.estimate import JointEstimate
+from forests.estimate import JointEstimate, JointVotes
 from forests.frames import Pinhole, check_depth
 from forests.rwf.evidence import OUTCOMES, TERMS, write_terms
 from forests.rwf.model import Limbs, RWFModel, WalkPlan
 from forests.rwf.skeleton import fit_limbs
 from forests.rwf.start import start_point
 from forests.rwf.tables import WalkTables, walk_tables
-from forests.rwf.walk import walk_skeleton
+from forests.rwf.walk import walk_joint, walk_skeleton
 from forests.skeleton.answers import edges_of
 from forests.skeleton.decoded import decoded
 
@@ -134,6 +134,24 @@ class Predictor:
             model.config.seed, self.is_limbs_fitted, walked,
         )  # fmt: skip
         return walked
+
+    def joint_votes(
+        self, joint: int, depth: NDArray[np.uint16], camera: Pinhole, box: Box | None = None
+    ) -> JointVotes:
+        """The votes of the walkers to one joint, and their modes; see `forests.estimate.VoteTeller`."""
+        image, plan, config = check_depth(np.asarray(depth)), self.model.plan, self.model.config
+        place = start_point(image, camera, None, box)
+        way = [joint]
+        while plan.start_from[way[-1]] >= 0:
+            way.append(int(plan.start_from[way[-1]]))
+        votes = np.empty((plan.n_walks.max() * plan.n_steps * self._tables.vote.shape[1], 4), np.float32)
+        ends = np.full((config.n_proposals, 4), np.nan, np.float32)
+        intrinsics, n = np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32), 0
+        for step in reversed(way) if place is not None else ():
+            n = walk_joint(image, intrinsics, self._tables, plan, step, config.seed, place, votes, ends)
+            place = ends[0, :3].copy()
+        cast, found = votes[:n], ends[np.isfinite(ends[:, 2])]
+        return JointVotes(cast[:, :3], cast[:, 3], np.zeros(n, bool), found[:, :3], found[:, 3])
 
 
 @njit(cache=True, nogil=True)

@@ -120,11 +120,15 @@ class LiveSettings:
                 recorder = stack.enter_context(Recorder(self.record, self.camera_name))
                 system.bus.subscribe(object, recorder.take)
             if self.view:
+                from pipelines.viewer.moments import LiveShow
                 from pipelines.viewer.page import Page
 
-                page = Page(self.view)
+                show = LiveShow(self.fps)
+                page = Page(show, self.view)
                 stack.callback(page.close)
+                system.bus.subscribe(object, show.take)
                 system.bus.subscribe(object, page.take)
+                page.start()
                 log.info("%s shows it", page.address)
             self._play(system, source)
         for sentence in [*statistics.sentences(), *notices.summary()]:

@@ -1,34 +1,42 @@
-"""The page: the depth cloud on the floor, people with number and heading, skeletons, and the planner's choices."""
+"""The page: a time line over moments, what is shown of them, and whose votes for which joint."""
 
-from collections import Counter
+import threading
+import time
+from collections import Counter, defaultdict
 from typing import Any
 
-import numpy as np
-
+from forests.estimate import JointVotes
 from pipelines.errors import UserError
-from pipelines.online.messages import CameraFrame, CameraPose, Plan, TrackedPersons, TrackSkeleton
-from pipelines.online.ros.camera import cloud_points
-from pipelines.online.ros.markers import bone_points, track_colour
+from pipelines.online.messages import Plan
+from pipelines.viewer import drawing
+from pipelines.viewer.moments import Moment, Show
+from pipelines.viewer.votes import VoteView
 
-CLOUD_STEP = 3
-"""Every so many rows and columns of the image are shown."""
-HIDDEN = 0.5
-"""Joints that are hidden with at least this probability are drawn hollow."""
-JOINT_M = 0.03
-"""Radius of a joint [m]."""
-HEADING_M = 0.5
-"""Length of the line that shows where somebody goes [m]."""
+NOBODY = "nobody"
+"""Chosen where there is no person."""
+IDLE_S = 0.02
+"""The page looks so often whether something has changed [s]."""
 
 
 class Page:
-    """Shows messages; `bus.subscribe(object, page.take)`.
+    """Shows moments in a browser.
 
     Attributes:
         address: Where a browser finds it.
+        time: The time line: its value is the number of the moment.
+        is_playing: Its check box.
+        colours: What the colours of the cloud tell.
+        joint: Whose votes are shown, if a model is asked.
+        person: Likewise.
     """
 
-    def __init__(self, port: int = 8080) -> None:
-        """Serves the page on this machine alone.
+    def __init__(self, show: Show, port: int = 8080, votes: VoteView | None = None) -> None:
+        """Serves the page on this machine alone; `run` or `start` keeps it up to date.
+
+        Args:
+            show: What is shown.
+            port: Of this machine; 0 = any.
+            votes: A model that is asked about joints.
 
         Raises:
             UserError: viser is not installed.
@@ -39,111 +47,165 @@ class Page:
             raise UserError(
                 "the viewer needs viser, which is not installed; install it with: pip install 'undergrowth[viewer]'"
             ) from None
+        self._show, self._votes = show, votes
         self._server = viser.ViserServer(host="127.0.0.1", port=port, verbose=False)
         self.address = f"http://127.0.0.1:{self._server.get_port()}"
+        self._is_stale, self._is_open = True, True
+        self._thread: threading.Thread | None = None
+        self._is_aimed = False
+        self._server.gui.configure_theme(dark_mode=True, show_logo=False)
         self._server.scene.set_up_direction("+z")
-        self._server.scene.add_grid("/floor", width=12.0, height=12.0, plane="xy")
-        self._server.initial_camera.position = (-2.0, 0.0, 3.0)
-        self._server.initial_camera.look_at = (3.0, 0.0, 0.8)
-        self._text = self._server.gui.add_markdown("no image yet")
-        self._frame: CameraFrame | None = None
-        self._shown: dict[int, list[Any]] = {}
-        self._skeletons: dict[tuple[int, str], list[Any]] = {}
+        self._server.scene.add_grid("/floor", width=16.0, height=16.0, plane="xy")
+        self._build(self._server.gui)
+
+    def _build(self, gui: Any) -> None:
+        with gui.add_folder("time"):
+            self.time = gui.add_slider("moment", min=0, max=max(len(self._show) - 1, 1), step=1, initial_value=0)
+            self.is_playing = gui.add_checkbox("play", False)
+            self._words = gui.add_markdown("nothing yet")
+        with gui.add_folder("show"):
+            self.colours = gui.add_dropdown("colours", (drawing.DEPTH,))
+            self._is_shown = {
+                name: gui.add_checkbox(name, True)
+                for name in ("cloud", "people", "skeletons", "headings", "floor")
+            }
+        widgets = [self.time, self.colours, *self._is_shown.values()]
+        if self._votes is not None:
+            with gui.add_folder("votes"):
+                self.joint = gui.add_dropdown("joint", ("none", *self._votes.joints))
+                self.person = gui.add_dropdown("person", (NOBODY,))
+                self._counted = gui.add_markdown("")
+            widgets += [self.joint, self.person]
+        with gui.add_folder("planner"):
+            self._planned = gui.add_markdown("no planner")
+        for widget in widgets:
+            widget.on_update(self._touch)
+
+    def _touch(self, _: object = None) -> None:
+        self._is_stale = True
+
+    def run(self) -> None:
+        """Keeps the page up to date until `close`, or until it is interrupted."""
+        begun, first = time.monotonic(), int(self.time.value)
+        n_known = len(self._show)
+        while self._is_open:
+            n = len(self._show)
+            if n != n_known:
+                self._grow(n_known, n)
+                n_known = n
+            if self.is_playing.value and n:
+                number = (first + int((time.monotonic() - begun) * self._show.fps)) % n
+                if number != self.time.value:
+                    self.time.value = number
+            else:
+                begun, first = time.monotonic(), int(self.time.value)
+            if self._is_stale and n:
+                self.draw()
+            time.sleep(IDLE_S)
+
+    def start(self) -> None:
+        """Does the same beside whatever else goes on."""
+        self._thread = threading.Thread(target=self.run, name="undergrowth page", daemon=True)
+        self._thread.start()
 
     def take(self, message: object) -> None:
-        """Shows a message."""
-        if isinstance(message, CameraFrame):
-            self._frame = message
-        elif isinstance(message, CameraPose):
-            self._show_cloud(message)
-        elif isinstance(message, TrackedPersons):
-            self._show_people(message)
-        elif isinstance(message, TrackSkeleton):
-            self._show_skeleton(message)
-        elif isinstance(message, Plan):
-            self._show_plan(message)
+        """Hears from a system that runs that the last moment may have changed."""
+        if isinstance(message, Plan):
+            self._is_stale = True
 
     def close(self) -> None:
         """Serves no more."""
+        self._is_open = False
+        if self._thread is not None:
+            self._thread.join(5.0)
         self._server.stop()
 
-    def _show_cloud(self, pose: CameraPose) -> None:
-        if self._frame is None or self._frame.stamp != pose.stamp:
+    def _grow(self, n_before: int, n: int) -> None:
+        """Lengthens the time line; who was at its end stays there."""
+        is_at_end = self.time.value >= n_before - 1
+        self.time.max = max(n - 1, 1)
+        if is_at_end:
+            self.time.value = n - 1
+        self._is_stale = True
+
+    def draw(self) -> None:
+        """Shows the moment that the time line is at."""
+        self._is_stale = False
+        number = min(int(self.time.value), len(self._show) - 1)
+        try:
+            moment = self._show.moment(number)
+        except UserError as error:
+            self._words.content = f"moment {number} cannot be shown: {error}"
             return
-        points = cloud_points(self._frame, CLOUD_STEP)
-        shade = np.clip(1.0 - points[:, 2:] / 8.0, 0.15, 0.85) * np.ones(3)
-        T = pose.T_floor_camera
-        world = (points @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
-        self._server.scene.add_point_cloud("/cloud", world, (255 * shade).astype(np.uint8), point_size=0.015)
+        with self._server.atomic():
+            self._offer(moment)
+            self._draw_scene(moment)
+            self._words.content = moment.words
+            self._planned.content = plan_words(moment.plan)
+            self._draw_votes(moment)
 
-    def _show_people(self, told: TrackedPersons) -> None:
-        gone = set(self._shown) - {one.track_id for one in told.persons}
-        for track_id in gone:
-            _remove(self._shown.pop(track_id))
-            for key in [key for key in self._skeletons if key[0] == track_id]:
-                _remove(self._skeletons.pop(key))
-        scene = self._server.scene
-        for one in told.persons:
-            top = 1.7 if np.isnan(one.height) else one.height
-            x, y = one.place
-            speed = float(np.linalg.norm(one.velocity))
-            ahead = HEADING_M * one.velocity / max(speed, 0.5)
-            lines = np.array([[(x, y, 0.02), (x, y, top)], [(x, y, 0.05), (x + ahead[0], y + ahead[1], 0.05)]])
-            colour = _colour(one.track_id)
-            name = f"/people/{one.track_id}"
-            self._shown[one.track_id] = [
-                scene.add_line_segments(
-                    name,
-                    lines.astype(np.float32),
-                    np.broadcast_to(colour, (2, 2, 3)),
-                    thickness=3.0,
-                    thickness_units="screen",
-                ),
-                scene.add_label(f"/numbers/{one.track_id}", str(one.track_id), position=(x, y, top + 0.15)),
-            ]
+    def _offer(self, moment: Moment) -> None:
+        """Brings what can be chosen up to date."""
+        colours = (drawing.DEPTH, *moment.labels)
+        if tuple(self.colours.options) != colours:
+            self.colours.options = colours
+        if self._votes is not None:
+            people = tuple(str(one.track_id) for one in moment.persons) or (NOBODY,)
+            if tuple(self.person.options) != people:
+                chosen = self.person.value
+                self.person.options = people
+                self.person.value = chosen if chosen in people else people[0]
+        if not self._is_aimed:
+            self._aim(moment)
 
-    def _show_skeleton(self, told: TrackSkeleton) -> None:
-        if told.track_id not in self._shown:
+    def _aim(self, moment: Moment) -> None:
+        """Looks at the first moment from above the camera."""
+        T = moment.T_floor_camera
+        eye, ahead = T[:3, 3], T[:3, 2]
+        level = ahead * (1.0, 1.0, 0.0)
+        self._server.initial_camera.position = tuple((eye - 0.8 * level + (0.0, 0.0, 0.5)).tolist())
+        self._server.initial_camera.look_at = tuple((eye + 3.0 * level - (0.0, 0.0, 0.4)).tolist())
+        self._is_aimed = True
+
+    def _draw_scene(self, moment: Moment) -> None:
+        scene, is_shown = self._server.scene, {name: box.value for name, box in self._is_shown.items()}
+        if is_shown["cloud"]:
+            drawing.draw_cloud(scene, moment, moment.labels.get(self.colours.value))
+        else:
+            drawing.hide(scene, "/cloud")
+        drawing.draw_people(scene, moment.persons if is_shown["people"] else (), choices(moment.plan))
+        drawing.draw_skeletons(scene, moment.skeletons if is_shown["skeletons"] else ())
+        drawing.draw_arrows(scene, moment.persons, moment.arrows if is_shown["headings"] else ())
+        self._server.scene.add_grid("/floor", width=16.0, height=16.0, plane="xy", visible=is_shown["floor"])
+
+    def _draw_votes(self, moment: Moment) -> None:
+        if self._votes is None:
             return
-        _remove(self._skeletons.pop((told.track_id, told.module), []))
-        scene, name = self._server.scene, f"/skeletons/{told.module}/{told.track_id}"
-        colour, bones = _colour(told.track_id), np.array(bone_points(told), np.float32).reshape(-1, 2, 3)
-        handles: list[Any] = []
-        if len(bones):
-            handles.append(
-                scene.add_line_segments(
-                    f"{name}/bones",
-                    bones,
-                    np.broadcast_to(colour, bones.shape),
-                    thickness=4.0,
-                    thickness_units="screen",
-                )
-            )
-        for joint, xyz, hidden in zip(told.joints, told.positions, told.hidden, strict=True):
-            if np.isfinite(xyz).all():
-                handles.append(
-                    scene.add_icosphere(
-                        f"{name}/{joint}",
-                        radius=JOINT_M,
-                        color=tuple(colour.tolist()),
-                        wireframe=bool(hidden >= HIDDEN),
-                        position=tuple(xyz.tolist()),
-                    )
-                )
-        self._skeletons[told.track_id, told.module] = handles
-
-    def _show_plan(self, plan: Plan) -> None:
-        asked = ", ".join(f"{one.module} {one.track_id}" for one in plan.requests) or "nobody"
-        reasons = Counter(skip.reason for skip in plan.skips)
-        skipped = "".join(f"\n- {n} skipped: {reason}" for reason, n in reasons.most_common())
-        self._text.content = f"time {plan.stamp / 1e9:.2f} s\n\nasked about: {asked}\n{skipped}"
+        found: JointVotes | None = None
+        if self.joint.value != "none" and self.person.value != NOBODY:
+            found = self._votes.votes(moment, int(self.person.value), self.joint.value)
+        drawing.draw_votes(self._server.scene, found, moment.T_floor_camera)
+        shares = "" if found is None else ", ".join(f"{share:.2g}" for share in found.share)
+        self._counted.content = "" if found is None else f"{len(found.points)} votes; modes: {shares}"
 
 
-def _colour(track_id: int) -> np.ndarray:
-    """(3,) uint8 red, green and blue of a track."""
-    return (255 * np.array(track_colour(track_id))).astype(np.uint8)
+def choices(plan: Plan | None) -> dict[int, str]:
+    """What stands beside a person's number: what was asked about them, or why nothing was."""
+    if plan is None:
+        return {}
+    asked: dict[int, list[str]] = defaultdict(list)
+    for one in plan.requests:
+        asked[one.track_id].append(one.module)
+    said = {skip.track_id: skip.reason for skip in plan.skips}
+    return said | {track_id: "asked: " + ", ".join(modules) for track_id, modules in asked.items()}
 
 
-def _remove(handles: list[Any]) -> None:
-    for handle in handles:
-        handle.remove()
+def plan_words(plan: Plan | None) -> str:
+    """A plan in words."""
+    if plan is None:
+        return "no planner"
+    asked = ", ".join(f"{one.module} {one.track_id}" for one in plan.requests) or "nobody"
+    reasons = Counter(skip.reason for skip in plan.skips)
+    skipped = "".join(f"\n- {n} skipped: {reason}" for reason, n in reasons.most_common())
+    spent = f"{plan.spent_s * 1e3:.1f} of {plan.budget_s * 1e3:.1f} ms"
+    return f"asked about: {asked} ({spent})\n{skipped}"

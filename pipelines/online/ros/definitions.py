@@ -110,8 +110,18 @@ float64 probability
 string posture
 float64 posture_probability
 """,
+    "undergrowth_msgs/msg/Plan": """
+std_msgs/Header header
+uint64[] asked_tracks
+string[] asked_modules
+uint64[] skipped_tracks
+string[] skipped_modules
+string[] reasons
+float64 spent
+float64 budget
+""",
 }
-"""Skeletons and orientations with stamp, track and confidence, for which no common message has fields."""
+"""Skeletons and orientations with stamp, track and confidence, and plans, for which no common message has fields."""
 
 
 def load_rosbags() -> Any:

@@ -8,6 +8,7 @@ from pipelines.online.messages import (
     CameraPose,
     Detections,
     OrientationResult,
+    Plan,
     SkeletonResult,
     TrackedPersons,
     TrackSkeleton,
@@ -17,6 +18,7 @@ from pipelines.online.ros.making import Maker, Outgoing
 from pipelines.online.ros.people import detections_message, persons_messages
 from pipelines.online.ros.results import (
     orientation_message,
+    plan_message,
     roi_message,
     skeleton_2d_message,
     skeleton_messages,
@@ -67,3 +69,5 @@ class Translator:
             yield from skeleton_messages(maker, message, name)
         elif isinstance(message, OrientationResult):
             yield orientation_message(maker, message, name)
+        elif isinstance(message, Plan):
+            yield plan_message(maker, message)

@@ -5,7 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.online.messages import CameraFrame, OrientationResult, SkeletonResult, TrackedPerson, TrackSkeleton
+from pipelines.online.messages import (
+    CameraFrame,
+    OrientationResult,
+    Plan,
+    SkeletonResult,
+    TrackedPerson,
+    TrackSkeleton,
+)
 from pipelines.online.ros.making import Maker, Outgoing, body_id
 from pipelines.online.ros.markers import skeleton_markers
 from pipelines.online.ros.people import INTERNAL
@@ -27,6 +34,7 @@ COCO = {
 }
 """Place of a joint in Skeleton2D; hands stand for wrists and feet for ankles. Eyes, ears and nose are not known."""
 N_COCO = 18
+PLAN = "/undergrowth/plan"
 
 
 def skeleton_2d_message(maker: Maker, told: SkeletonResult, frame: CameraFrame) -> Outgoing:
@@ -105,3 +113,20 @@ def orientation_message(maker: Maker, told: OrientationResult, camera_name: str)
     )
     topic = f"{INTERNAL}/detailed_body_analysis/{camera_name}/{told.region}_orientation"
     return Outgoing(topic, name, told.stamp, message)
+
+
+def plan_message(maker: Maker, told: Plan) -> Outgoing:
+    """Whom the planner chose, whom not, and why."""
+    name = "undergrowth_msgs/msg/Plan"
+    message = maker.make(
+        name,
+        header=maker.header(told.stamp, ""),
+        asked_tracks=np.array([one.track_id for one in told.requests], np.uint64),
+        asked_modules=[one.module for one in told.requests],
+        skipped_tracks=np.array([one.track_id for one in told.skips], np.uint64),
+        skipped_modules=[one.module for one in told.skips],
+        reasons=[one.reason for one in told.skips],
+        spent=told.spent_s,
+        budget=told.budget_s,
+    )
+    return Outgoing(PLAN, name, told.stamp, message)

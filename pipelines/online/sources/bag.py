@@ -1,6 +1,7 @@
 """Depth images out of recordings of ROS 1 and ROS 2: .bag, .mcap and .db3 files, and folders of ROS 2."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,57 +47,99 @@ class BagSource:
         Raises:
             UserError: There is no such recording or no depth image in it, it is damaged, or rosbags is not installed.
         """
+        is_read = False
+        with self.opened() as bag:
+            try:
+                for item in bag.items():
+                    is_read = True
+                    yield item
+            except reading_errors() as error:
+                if not is_read:
+                    raise
+                yield Notice("damaged recordings", f"{self.path} is damaged and ends early: {error}")
+
+    @contextmanager
+    def opened(self) -> "Iterator[OpenBag]":
+        """The recording, to be read at any place; errors as of `frames`."""
         load_rosbags()
-        from rosbags.highlevel import AnyReader, AnyReaderError
-        from rosbags.rosbag1 import ReaderError as Reader1Error
-        from rosbags.rosbag2 import ReaderError as Reader2Error
+        from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
 
         if not self.path.exists():
             raise UserError(f"there is no file or folder {self.path}")
-        is_read = False
         try:
             with AnyReader([self.path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-                for item in self._read(reader):
-                    is_read = True
-                    yield item
-        except (
-            AnyReaderError,
-            Reader1Error,
-            Reader2Error,
-            AssertionError,
-            KeyError,
-            OSError,
-            ValueError,
-        ) as error:
-            if not is_read:
-                raise UserError(f"{self.path} is no sound recording of ROS: {error}") from None
-            yield Notice("damaged recordings", f"{self.path} is damaged and ends early: {error}")
+                yield OpenBag(self, reader)
+        except reading_errors() as error:
+            raise UserError(f"{self.path} is no sound recording of ROS: {error}") from None
 
-    def _read(self, reader: Any) -> Iterator[CameraFrame | Notice]:
-        topic = self._chosen(reader)
+
+def reading_errors() -> tuple[type[Exception], ...]:
+    """What rosbags raises of recordings that are damaged or none."""
+    from rosbags.highlevel import AnyReaderError
+    from rosbags.rosbag1 import ReaderError as Reader1Error
+    from rosbags.rosbag2 import ReaderError as Reader2Error
+
+    return AnyReaderError, Reader1Error, Reader2Error, AssertionError, KeyError, OSError, ValueError
+
+
+class OpenBag:
+    """A recording that is open: its depth images, their camera and the transforms.
+
+    Attributes:
+        source: What is read of it.
+        topic: Of the images.
+    """
+
+    def __init__(self, source: BagSource, reader: Any) -> None:
+        """Reads the transforms, and looks for the images and their camera.
+
+        Raises:
+            UserError: There is no topic of images, or there are several.
+        """
+        self.source, self._reader = source, reader
+        self.topic = topic = self._chosen(source.topic)
         infos = [c for c in reader.connections if c.msgtype == CAMERA_INFO]
         own = [c for c in infos if c.topic.rpartition("/")[0] == topic.rpartition("/")[0]]
-        own = (
-            own or [c for c in infos if c.topic.rpartition("/")[0] in topic] or (infos if len(infos) == 1 else [])
-        )
-        transforms = self._transforms(reader) if self.uses_tf else Transforms()
-        camera = self.camera or self._first_camera(reader, own)
-        chosen = [c for c in reader.connections if c.topic == topic and c.msgtype in IMAGES]
-        for connection, time, data in reader.messages(connections=[*chosen, *own]):
-            message = reader.deserialize(data, connection.msgtype)
+        own = own or [c for c in infos if c.topic.rpartition("/")[0] in topic]
+        self._infos = own or (infos if len(infos) == 1 else [])
+        self._transforms = self._read_transforms() if source.uses_tf else Transforms()
+        self._camera = source.camera or self._first_camera(reader, self._infos)
+        self._images = [c for c in reader.connections if c.topic == topic and c.msgtype in IMAGES]
+
+    def items(self, start: int | None = None, stop: int | None = None) -> Iterator[CameraFrame | Notice]:
+        """The images that were recorded from `start` on and before `stop` [ns], None = all.
+
+        In place of an image that cannot be used stands why.
+        """
+        camera = self._camera
+        messages = self._reader.messages(connections=[*self._images, *self._infos], start=start, stop=stop)
+        for connection, time, data in messages:
+            message = self._reader.deserialize(data, connection.msgtype)
             try:
                 if connection.msgtype == CAMERA_INFO:
-                    camera = self.camera or camera_of(message)
+                    camera = self.source.camera or camera_of(message)
                     continue
                 if camera is None:
-                    sentence = f"an image of {topic} is left out: there is no CameraInfo; --intrinsics can tell"
+                    sentence = (
+                        f"an image of {self.topic} is left out: there is no CameraInfo; --intrinsics can tell"
+                    )
                     raise DecodeError("images without a camera", sentence)
                 depth, stamp = depth_of(message), stamp_of(message, time)
                 frame_id = message.header.frame_id or "camera"
-                yield CameraFrame(stamp, frame_id, depth, camera, transforms.pose(frame_id, stamp))
+                yield CameraFrame(stamp, frame_id, depth, camera, self._transforms.pose(frame_id, stamp))
             except DecodeError as error:
                 yield Notice(error.kind, str(error))
+
+    def times(self) -> list[int]:
+        """When the images were recorded [ns]."""
+        return [time for _, time, _ in self._reader.messages(connections=self._images)] if self._images else []
+
+    def told(self, types: Collection[str]) -> Iterator[tuple[str, Any]]:
+        """All messages of some types, with their type."""
+        connections = [c for c in self._reader.connections if c.msgtype in types]
+        for connection, _, data in self._reader.messages(connections=connections) if connections else ():
+            yield connection.msgtype, self._reader.deserialize(data, connection.msgtype)
 
     @staticmethod
     def _first_camera(reader: Any, connections: list[Any]) -> Intrinsics | None:
@@ -111,29 +154,27 @@ class BagSource:
         except DecodeError:
             return None
 
-    def _chosen(self, reader: Any) -> str:
+    def _chosen(self, wanted: str | None) -> str:
         """The topic of the depth images."""
-        topics = sorted({c.topic for c in reader.connections if c.msgtype in IMAGES})
-        if self.topic is not None:
-            if self.topic not in topics:
+        path = self.source.path
+        topics = sorted({c.topic for c in self._reader.connections if c.msgtype in IMAGES})
+        if wanted is not None:
+            if wanted not in topics:
                 known = ", ".join(topics) or "none"
-                raise UserError(
-                    f"{self.path} has no images on the topic {self.topic}; topics of images are: {known}"
-                )
-            return self.topic
+                raise UserError(f"{path} has no images on the topic {wanted}; topics of images are: {known}")
+            return wanted
         for candidates in (topics, [topic for topic in topics if "depth" in topic.lower()]):
             if len(candidates) == 1:
                 return candidates[0]
         if not topics:
-            raise UserError(f"{self.path} has no topic of images")
-        raise UserError(f"{self.path} has several topics of images; choose one with --topic: {', '.join(topics)}")
+            raise UserError(f"{path} has no topic of images")
+        raise UserError(f"{path} has several topics of images; choose one with --topic: {', '.join(topics)}")
 
-    @staticmethod
-    def _transforms(reader: Any) -> Transforms:
+    def _read_transforms(self) -> Transforms:
         out = Transforms()
-        connections = [c for c in reader.connections if c.msgtype == TRANSFORM]
+        connections = [c for c in self._reader.connections if c.msgtype == TRANSFORM]
         if connections:
-            for connection, _, data in reader.messages(connections=connections):
-                message = reader.deserialize(data, connection.msgtype)
+            for connection, _, data in self._reader.messages(connections=connections):
+                message = self._reader.deserialize(data, connection.msgtype)
                 out.add(message.transforms, connection.topic.endswith("static"))
         return out

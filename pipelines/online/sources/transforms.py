@@ -67,20 +67,21 @@ def _at(edge: _Edge, stamp: int) -> NDArray[np.float64] | None:
     after = bisect_right(edge.stamps, stamp)
     before = after - 1
     if edge.is_static:
-        return _matrix(*edge.poses[-1])
+        return matrix_of(*edge.poses[-1])
     if before < 0 or after == len(edge.stamps):
         nearest = min(max(before, 0), len(edge.stamps) - 1)
-        return _matrix(*edge.poses[nearest]) if abs(edge.stamps[nearest] - stamp) <= LONGEST_GAP_NS else None
+        return matrix_of(*edge.poses[nearest]) if abs(edge.stamps[nearest] - stamp) <= LONGEST_GAP_NS else None
     begin, end = edge.stamps[before], edge.stamps[after]
     if end - begin > 2 * LONGEST_GAP_NS:
         return None
     share = (stamp - begin) / (end - begin)
     (xyz, xyzw), (xyz_after, xyzw_after) = edge.poses[before], edge.poses[after]
     turn = Slerp([0.0, 1.0], Rotation.from_quat([xyzw, xyzw_after]))(share)
-    return _matrix((1 - share) * xyz + share * xyz_after, turn.as_quat())
+    return matrix_of((1 - share) * xyz + share * xyz_after, turn.as_quat())
 
 
-def _matrix(xyz: NDArray[np.float64], xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
+def matrix_of(xyz: NDArray[np.float64], xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(4, 4) a pose of a place (3,) and a quaternion (4,), x first."""
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = Rotation.from_quat(xyzw).as_matrix(), xyz
     return out

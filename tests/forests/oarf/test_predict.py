@@ -346,3 +346,28 @@ def test_the_same_image_gives_the_same_bytes():
     for name in ("proposals", "proposal_confidence", "spread"):
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
     assert np.isnan(one.probability).all()  # not calibrated
+
+
+def test_votes_of_a_joint_are_those_that_its_modes_come_from():
+    rng = np.random.default_rng(3)
+    predictor = Predictor(model_of([random_tree(rng), random_tree(rng)]))
+    depth = person(rng)
+    votes, n_votes = predictor.collect_votes(depth, CAMERA)
+    estimate = predictor.predict_joints(depth, CAMERA)
+    for joint in range(3):
+        told = predictor.joint_votes(joint, depth, CAMERA)
+        for layer in range(2):
+            stream = 2 * joint + layer
+            np.testing.assert_array_equal(
+                told.points[told.is_hider == layer], votes[stream, : n_votes[stream], :3]
+            )
+            np.testing.assert_array_equal(told.weight[told.is_hider == layer], votes[stream, : n_votes[stream], 3])
+        n = len(told.modes)
+        assert n > 0
+        np.testing.assert_array_equal(told.modes, estimate.proposals[joint, :n])
+        np.testing.assert_array_equal(told.share, estimate.proposal_confidence[joint, :n])
+
+
+def test_nothing_votes_in_an_empty_image():
+    told = Predictor(model_of([one_leaf(OFFSETS)])).joint_votes(0, np.zeros((60, 80), np.uint16), CAMERA)
+    assert len(told.points) == len(told.weight) == len(told.is_hider) == len(told.modes) == 0

@@ -294,3 +294,20 @@ def test_joints_of_the_box_walk_with_fewer_walkers_and_files_of_before_with_as_m
     assert before.plan.n_walks.tolist() == [7, 7, 7]
     with pytest.raises(ValueError, match=r"n_walks=None"):
         unpack_model(arrays, metadata)
+
+
+def test_votes_of_a_joint_are_those_that_its_walk_ends_with():
+    predictor = Predictor(train(TRAINING, CONFIG), is_limbs_fitted=False)
+    for frame in (TEST[0], TEST[1]):
+        box = (20.0, 5.0, 76.0, 40.0)
+        estimate = predictor.predict_joints(frame.depth, CAMERA, box)
+        for joint in range(3):
+            told = predictor.joint_votes(joint, frame.depth, CAMERA, box)
+            n = len(told.modes)
+            np.testing.assert_array_equal(told.modes, estimate.proposals[joint, :n])
+            assert np.isnan(estimate.proposals[joint, n:]).all()
+            off = ((told.points - told.modes[0]) ** 2).sum(axis=1)
+            spread = np.sqrt((told.weight * off).sum() / told.weight.sum())
+            np.testing.assert_allclose(spread, estimate.spread[joint], rtol=1e-3)
+    nothing = predictor.joint_votes(0, np.zeros((72, 96), np.uint16), CAMERA)
+    assert len(nothing.points) == len(nothing.modes) == 0

@@ -19,6 +19,7 @@ from pipelines.cli import main
 from pipelines.corpus import write_corpus
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.generation.drawn import drawn_order
+from pipelines.viewer.answers import AnswerShow
 from synth.scene.config import SceneConfig
 from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
 from synth.vocabulary import JOINT_NAMES
@@ -130,6 +131,10 @@ def test_a_sequence_has_a_line_for_everybody_and_for_images_with_nobody(models, 
     assert [line["name"] for line in lines] == ["d_0_0", "d_0_1", "d_0_2", "d_1", "d_2_0"]
     assert lines[3] == {"name": "d_1", "n_people": 0}
     assert cv2.imread(str(out / "sheet.png")).std() > 5
+    show = AnswerShow(out)
+    assert [len(show.moment(k).skeletons) for k in range(len(show))] == [3, 1]
+    np.testing.assert_array_equal(show.moment(0).depth, room(*PLACES))
+    np.testing.assert_allclose(show.moment(0).T_floor_camera, standing().T_floor_camera, atol=0.03)
 
 
 def test_people_of_an_earlier_run_are_not_left_behind(models, folder, tmp_path):
