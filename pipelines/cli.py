@@ -49,6 +49,7 @@ COMMANDS = {
         "demo", "DemoSettings", "run the whole pipeline at a small size: frames, forests, scores, report"
     ),
     "generate": Command("generate", "GenerateSettings", "make a corpus of labelled depth frames"),
+    "join": Command("generate", "JoinSettings", "complete a corpus that several jobs have made"),
     "inspect": Command("inspect", "InspectSettings", "draw contact sheets and statistics of a corpus"),
     "verify": Command("verify", "VerifySettings", "check the digests, labels and splits of a corpus"),
     **{

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import platform
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
@@ -107,8 +108,8 @@ def _finish(path: Path) -> None:
 
 
 def _beside(path: Path) -> Path:
-    """Of this process: two that write one file each finish their own."""
-    return path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
+    """Of this process on this machine: two that write one file each finish their own."""
+    return path.with_name(f"{path.name}.{platform.node()}.{os.getpid()}{TEMPORARY_SUFFIX}")
 
 
 def _sync_folders(paths: Iterable[Path]) -> None:

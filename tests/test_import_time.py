@@ -47,3 +47,9 @@ def test_the_help_text_brings_no_library_at_all():
 def test_asking_a_model_about_images_brings_neither_measures_nor_corpora():
     modules = loaded("import pipelines.commands.predict")
     assert modules.isdisjoint({"pipelines.metrics", "pipelines.corpus", "scipy.ndimage", "scipy.optimize"})
+
+
+def test_commands_bring_no_engine_of_clusters():
+    commands = ("generate", "train", "evaluate", "ablate")
+    modules = loaded("; ".join(f"import pipelines.commands.{command}" for command in commands))
+    assert modules.isdisjoint({"dask", "distributed", "fsspec"})

@@ -1,4 +1,4 @@
-"""undergrowth generate: a corpus of drawn people, or of drawn objects in front of recorded people."""
+"""undergrowth generate and join: a corpus of drawn people, or of drawn objects in front of recorded people."""
 
 import logging
 from dataclasses import dataclass, field
@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 import tyro
 
 from pipelines.corpus import Order
+from pipelines.corpus.run import join_shards
 from pipelines.errors import UserError
 from pipelines.generation.composed import ComposedFrames, composed_order
 from pipelines.generation.drawn import Source, drawn_order, whole_frames
@@ -40,6 +41,10 @@ class GenerateSettings:
             views), or with --into the number of recorded frames.
         seed: Seed of all randomness. The same settings and seed give the same bytes.
         workers: Number of processes. The corpus does not depend on it.
+        scheduler: Dask scheduler whose workers make the corpus in place of such processes: tcp://HOST:PORT, or local:N
+            for N workers of this machine. All must see the folder. Needs undergrowth[cluster].
+        only_shards: FIRST:END makes these shards of 64 frames alone, as one job of an array; `undergrowth join`
+            completes the corpus when all jobs are through.
         renderer: numba (runs on any machine) or pyrender (OpenGL; needs undergrowth[gl]).
         poses: Library of recorded poses, made by `undergrowth import mocap`, to use besides the procedural poses.
         poses_share: Share of the frames whose pose is taken from the library.
@@ -58,6 +63,8 @@ class GenerateSettings:
     frames: int | None = None
     seed: int = 0
     workers: int = 1
+    scheduler: str | None = None
+    only_shards: str | None = None
     renderer: Literal["numba", "pyrender"] = "numba"
     poses: Path | None = None
     poses_share: float = 0.5
@@ -81,9 +88,23 @@ class GenerateSettings:
         """Generates the corpus."""
         order = self.order()
         log.info("renderer: %s", order.make_source().description)
-        write_shown(self.out, order, self.workers)
-        log.info("%d frames in %s", order.n_frames, self.out)
+        shards = None if self.only_shards is None else _range_of(self.only_shards)
+        if self.scheduler is None:
+            write_shown(self.out, order, self.workers, shards=shards)
+        else:
+            self._run_on_cluster(self.scheduler, order, shards)
+        what = "" if self.only_shards is None else f"the shards {self.only_shards} of "
+        log.info("%s%d frames in %s", what, order.n_frames, self.out)
         return 0
+
+    def _run_on_cluster(self, scheduler: str, order: Order, shards: range | None) -> None:
+        from pipelines.cluster.shards import shards_on
+        from pipelines.engine.cluster import open_cluster
+
+        if self.workers > 1:
+            raise UserError("--workers counts processes of this machine; with --scheduler its workers are used")
+        with open_cluster(scheduler) as cluster:
+            write_shown(self.out, order, runner=shards_on(cluster), shards=shards)
 
     def order(self) -> Order[Source] | Order[ComposedFrames]:
         """What `write_corpus` is to make.
@@ -103,3 +124,30 @@ class GenerateSettings:
             raise UserError("--compose describes objects in front of recorded people; give --into CORPUS too")
         n_frames = whole_frames(self.scene, DEFAULT_FRAMES) if self.frames is None else self.frames
         return drawn_order(self.scene, self.seed, n_frames, self.renderer, poses, objects)
+
+
+@dataclass(frozen=True)
+class JoinSettings:
+    """Completes a corpus that was made by `undergrowth generate --only-shards` in several jobs.
+
+    Says which shards are missing, if any are; the corpus has then to be joined again.
+
+    Attributes:
+        corpus: Folder of the corpus.
+    """
+
+    corpus: Annotated[Path, tyro.conf.Positional]
+
+    def run(self) -> int:
+        """Joins the corpus."""
+        header = join_shards(self.corpus)
+        log.info("%d frames in %s", header.n_frames, self.corpus)
+        return 0
+
+
+def _range_of(text: str) -> range:
+    """Shards of FIRST:END."""
+    first, colon, end = text.partition(":")
+    if not (colon and first.isdecimal() and end.isdecimal() and len(text) < 20):
+        raise UserError(f"only_shards={text!r:.40} must be FIRST:END, such as 0:100")
+    return range(int(first), int(end))

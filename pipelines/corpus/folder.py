@@ -11,7 +11,15 @@ from typing import Generic, TypeVar
 
 from pipelines.corpus import shards
 from pipelines.corpus.header import HEADER_NAME, SCHEMA_VERSION, Angles, Header, build_header, read_header
-from pipelines.corpus.manifest import ShardLine, read_manifest, rewrite_manifest
+from pipelines.corpus.manifest import (
+    MANIFEST_NAME,
+    ShardLine,
+    part_path,
+    part_paths,
+    read_lines_of,
+    read_manifest,
+    rewrite_manifest,
+)
 from pipelines.corpus.write import ZARR_NAME, FrameSource, make_frame, shard_files
 from pipelines.errors import UserError
 from storage.atomic import TEMPORARY_SUFFIX, is_unfinished, write_atomically
@@ -50,8 +58,12 @@ class Order(Generic[SourceT_co]):
 
 
 @contextlib.contextmanager
-def locked_folder(root: Path) -> Iterator[None]:
+def locked_folder(root: Path, is_shared: bool = False) -> Iterator[None]:
     """Holds the folder against a second writer; the lock goes with the process.
+
+    Args:
+        root: The folder.
+        is_shared: Let others in who also share it: jobs that write different shards.
 
     Raises:
         UserError: Another process writes there, or has just renamed the folder.
@@ -59,7 +71,7 @@ def locked_folder(root: Path) -> Iterator[None]:
     handle = os.open(root, os.O_RDONLY)
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
             raise UserError(f"{root} is being written by another command") from None
         if not root.exists() or not os.path.samestat(os.fstat(handle), root.stat()):
@@ -77,7 +89,7 @@ def prepare_folder(root: Path, order: Order) -> Header:
     """
     if not (root / HEADER_NAME).exists():
         foreign = sorted(item.name for item in root.iterdir() if not is_unfinished(item, HEADER_NAME))
-        if foreign:
+        if foreign and not (root / HEADER_NAME).exists():  # else another job of an array has begun it just now
             raise UserError(f"{root} holds other files ({', '.join(foreign[:3])}); choose an empty folder")
         frame = make_frame(order.make_source(), 0)
         n_dof = len(frame.angles) if isinstance(frame, Frame) else len(order.angles)
@@ -123,15 +135,48 @@ def _write_array_metadata(root: Path, header: Header) -> None:
 
 
 def finished_shards(root: Path, header: Header) -> dict[int, ShardLine]:
-    """Shards that the manifest names and whose files are all there at full length; clears what else lies about."""
-    lines = {}
-    for shard, line in read_manifest(root, header).items():
+    """Shards that a manifest names and whose files are all there at full length; clears what else lies about.
+
+    Manifests of the jobs of an array become part of the corpus' own.
+    """
+    parts = part_paths(root)
+    lines = read_manifest(root, header)
+    for part in parts:
+        lines |= read_lines_of(part, header)
+    lines = whole(root, header, lines)
+    rewrite_manifest(root / MANIFEST_NAME, lines)
+    for leftover in [*parts, *root.rglob("*" + TEMPORARY_SUFFIX)]:
+        leftover.unlink()
+    return lines
+
+
+def whole(root: Path, header: Header, lines: dict[int, ShardLine]) -> dict[int, ShardLine]:
+    """Those whose files are all there at full length."""
+    return {
+        shard: line
+        for shard, line in lines.items()
         if all(
             path.is_file() and path.stat().st_size == line.n_bytes[name]
             for name, path in shard_files(root, header, shard).items()
-        ):
-            lines[shard] = line
-    rewrite_manifest(root, lines)
-    for leftover in root.rglob("*" + TEMPORARY_SUFFIX):
-        leftover.unlink()
-    return lines
+        )
+    }
+
+
+@contextlib.contextmanager
+def locked_part(root: Path, shards: range) -> Iterator[Path]:
+    """The manifest of one job's shards, held against the same job begun twice, without a line that was cut off.
+
+    Raises:
+        UserError: Such a job is at work.
+    """
+    path = part_path(root, shards)
+    with path.open("a+b") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(
+                f"the shards {shards.start}:{shards.stop} of {root} are being made by another command"
+            ) from None
+        file.seek(0)
+        file.truncate(file.read().rfind(b"\n") + 1)
+        yield path

@@ -93,7 +93,21 @@ def read_manifest(root: Path, header: Header) -> dict[int, ShardLine]:
     Raises:
         CorpusError: A line before the last cannot be read, or does not fit the header.
     """
-    path = root / MANIFEST_NAME
+    return read_lines_of(root / MANIFEST_NAME, header)
+
+
+def part_path(root: Path, shards: range) -> Path:
+    """The manifest of the shards that one job of an array makes, until `undergrowth join` adds them to the corpus'."""
+    return root / f"manifest-{shards.start:06d}-{shards.stop:06d}.jsonl"
+
+
+def part_paths(root: Path) -> list[Path]:
+    """Manifests of all jobs that have written here."""
+    return sorted(root.glob("manifest-*-*.jsonl"))
+
+
+def read_lines_of(path: Path, header: Header) -> dict[int, ShardLine]:
+    """The lines of one manifest, as `read_manifest` reads them."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -112,11 +126,11 @@ def read_manifest(root: Path, header: Header) -> dict[int, ShardLine]:
     return lines
 
 
-def append_line(root: Path, line: ShardLine) -> None:
-    """Adds a finished shard; on the disk when this returns."""
-    append(root / MANIFEST_NAME, line.to_json() + "\n")
+def append_line(path: Path, line: ShardLine) -> None:
+    """Adds a finished shard to a manifest; on the disk when this returns."""
+    append(path, line.to_json() + "\n")
 
 
-def rewrite_manifest(root: Path, lines: dict[int, ShardLine]) -> None:
-    """Replaces the manifest by its lines in order of shard."""
-    write_atomically(root / MANIFEST_NAME, "".join(lines[shard].to_json() + "\n" for shard in sorted(lines)))
+def rewrite_manifest(path: Path, lines: dict[int, ShardLine]) -> None:
+    """Replaces a manifest by its lines in order of shard."""
+    write_atomically(path, "".join(lines[shard].to_json() + "\n" for shard in sorted(lines)))

@@ -61,7 +61,7 @@ def write_shard(
     for index in header.frames_of(shard):
         frame = make_frame(source, index)
         _check_frame(frame, header, index)
-        for name, value in _stored(frame, header).items():
+        for name, value in stored(frame, header).items():
             if name in chunks:
                 chunks[name] += shards.encode_maps(fields[name], value)
             else:
@@ -85,7 +85,7 @@ def write_shard(
     )
 
 
-def _stored(frame: Frame | RoomFrame, header: Header) -> dict[str, np.ndarray]:
+def stored(frame: Frame | RoomFrame, header: Header) -> dict[str, np.ndarray]:
     """A frame's entries by array name."""
     if isinstance(frame, RoomFrame):
         from pipelines.corpus.rooms.layers import room_values

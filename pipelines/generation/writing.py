@@ -2,22 +2,34 @@
 
 from pathlib import Path
 
-from pipelines.corpus import Corpus, Header, Order, write_corpus
+from pipelines.corpus import Corpus, Order, write_corpus
+from pipelines.corpus.fields import SHARD_FRAMES
+from pipelines.corpus.run import Runner, write_shards
 from pipelines.generation.drawn import drawn_order
 from pipelines.progress import Progress
 from synth.scene import SceneConfig
 
 
-def write_shown(out: Path, order: Order, workers: int = 1) -> Header:
-    """Writes a corpus and shows its progress.
+def write_shown(
+    out: Path, order: Order, workers: int = 1, runner: Runner | None = None, shards: range | None = None
+) -> None:
+    """Writes a corpus, or some shards of it, and shows the progress.
 
     Args:
         out: The folder.
         order: What to make.
         workers: Processes.
+        runner: Makes the shards in place of such processes.
+        shards: Which shards; None = all.
     """
-    with Progress(order.n_frames, "frame", "generate") as bar:
-        return write_corpus(out, order, workers, bar.set_done)
+    first, last = (
+        (0, order.n_frames) if shards is None else (SHARD_FRAMES * k for k in (shards.start, shards.stop))
+    )
+    with Progress(max(min(last, order.n_frames) - first, 1), "frame", "generate") as bar:
+        if shards is None:
+            write_corpus(out, order, workers, bar.set_done, runner)
+        else:
+            write_shards(out, order, shards, workers, bar.set_done, runner)
 
 
 def generate_corpus(
