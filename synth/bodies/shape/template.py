@@ -57,7 +57,9 @@ def template(name: str) -> Template:
         half, label = data["faces"], data["face_label"]
         return Template(
             laying_of(
-                data["segment"].astype(np.int64), data["share"].astype(np.float64), data["coords"].astype(np.float64)
+                data["segment"].astype(np.int64),
+                data["share"].astype(np.float64),
+                data["coords"].astype(np.float64),
             ),
             on_plane,
             np.concatenate([half, image[half][:, ::-1]]).astype(np.int32),
