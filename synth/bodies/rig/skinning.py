@@ -90,10 +90,10 @@ def lowest_before(skin: NDArray[np.float32], front: float) -> float:
 
 def pose_links(body: Body, angles: NDArray[np.float64], T_world_root: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n_links, 4, 4) T_world_link of angles (n_dofs,) [rad] and a root (4, 4): `link_transforms` without checks."""
-    rig = rig_of(body)
-    return place_rig(
-        rig.offsets, rig.T_bind_link, np.ascontiguousarray(angles), np.ascontiguousarray(T_world_root)
-    )[0]
+    out = np.empty((N_LINKS, 4, 4))
+    angles, T_world_root = np.ascontiguousarray(angles), np.ascontiguousarray(T_world_root)
+    place_links(body.skeleton.offsets, PARENT_LINK, AXIS_IDX, AXIS_SIGN, angles, T_world_root, out)
+    return out
 
 
 def pose_skin(

@@ -44,11 +44,15 @@ def evened(
     new = moved.copy()
     for _ in range(n_rounds):
         for v in range(old.shape[0]):
-            for c in range(3):
-                total = 0.0
-                for e in range(ring_start[v], ring_start[v + 1]):
-                    total += ring_weight[e] * old[ring[e], c]
-                new[v, c] = 0.5 * old[v, c] + 0.5 * total
+            x, y, z = 0.0, 0.0, 0.0
+            for e in range(ring_start[v], ring_start[v + 1]):
+                w, u = ring_weight[e], ring[e]
+                x += w * old[u, 0]
+                y += w * old[u, 1]
+                z += w * old[u, 2]
+            new[v, 0] = 0.5 * old[v, 0] + 0.5 * x
+            new[v, 1] = 0.5 * old[v, 1] + 0.5 * y
+            new[v, 2] = 0.5 * old[v, 2] + 0.5 * z
         old, new = new, old
     return old
 

@@ -5,6 +5,7 @@ from importlib.resources import files
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from synth.bodies.body import SkinWeights
@@ -13,6 +14,8 @@ from synth.vocabulary import MIRRORED_PART
 
 SKIRT_EASE, SKIRT_FLARE = 0.02, 0.06
 """The skirt of the templates: cloth's distance from the skin, and how much wider the hem is [m]."""
+LEAST_ASIDE = 5e-4
+"""Vertices off the midline stay at least so far from it [m]."""
 
 
 class Template(NamedTuple):
@@ -79,6 +82,19 @@ def mirrored_vertices(skin: Template, half: NDArray[np.float64]) -> NDArray[np.f
         skin: The template.
         half: (n_half, 3) [m].
     """
-    half = half.copy()
-    half[:, 1] = np.where(skin.on_plane, 0.0, np.maximum(half[:, 1], 5e-4))
-    return np.concatenate([half, half[~skin.on_plane] * (1.0, -1.0, 1.0)])
+    return _mirrored(half, skin.on_plane, LEAST_ASIDE)
+
+
+@njit(cache=True, nogil=True)
+def _mirrored(half: NDArray[np.float64], on_plane: NDArray[np.bool_], least: float) -> NDArray[np.float64]:
+    """The left half with its points put on or off the midline, then the images of those that are off it."""
+    n = half.shape[0]
+    out = np.empty((2 * n - np.sum(on_plane), 3))
+    image = n
+    for v in range(n):
+        out[v, 0], out[v, 2] = half[v, 0], half[v, 2]
+        out[v, 1] = 0.0 if on_plane[v] else max(half[v, 1], least)
+        if not on_plane[v]:
+            out[image, 0], out[image, 1], out[image, 2] = out[v, 0], -out[v, 1], out[v, 2]
+            image += 1
+    return out

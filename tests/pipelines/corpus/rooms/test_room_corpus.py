@@ -11,6 +11,7 @@ from pipelines.cli import main
 from pipelines.corpus import Corpus, write_corpus
 from pipelines.corpus.faults import faults
 from pipelines.corpus.rooms.laws import broken_room_laws
+from pipelines.corpus.rooms.layers import hidden_layers
 from pipelines.corpus.rooms.people import by_person
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
@@ -83,6 +84,33 @@ def test_a_layer_that_nothing_hides_takes_no_room(written):
             outside = hidden[k, j].copy()
             outside[view.window] = 0
             assert not outside.any()
+
+
+def test_hidden_layers_are_the_bodies_where_the_composite_does_not_show_the_same(source):
+    for index in range(N_FRAMES):
+        frame = source.frame(index)
+        depth, part = hidden_layers(frame)
+        assert depth.shape == part.shape == (len(frame.people), *frame.depth.shape)
+        for k, view in enumerate(frame.people):
+            seen = np.where(frame.person[view.window] == k + 1, frame.part[view.window], 0)
+            is_same = (seen > 0) & (seen == view.body_part) & (frame.depth[view.window] == view.body_depth)
+            np.testing.assert_array_equal(depth[k][view.window], np.where(is_same, 0, view.body_depth))
+            np.testing.assert_array_equal(part[k][view.window], np.where(is_same, 0, view.body_part))
+
+
+def test_a_person_seen_where_their_body_layer_has_none_is_refused(source):
+    frame = next(f for f in (source.frame(k) for k in range(N_FRAMES)) if (f.person == 1).any())
+    view = frame.people[0]
+    emptied = replace(frame, people=(replace(view, body_part=np.zeros_like(view.body_part)), *frame.people[1:]))
+    with pytest.raises(ValueError, match="pixels where the body layer has none"):
+        hidden_layers(emptied)
+    is_outside = np.ones(frame.depth.shape, bool)
+    is_outside[view.window] = False
+    row, column = np.argwhere(is_outside & (frame.person == 0))[0]
+    person, part = frame.person.copy(), frame.part.copy()
+    person[row, column], part[row, column] = 1, 1
+    with pytest.raises(ValueError, match="person 1 in 1 pixels outside their box"):
+        hidden_layers(replace(frame, person=person, part=part))
 
 
 def test_by_person_lists_every_person_once(written):

@@ -4,7 +4,7 @@ import trimesh
 
 from synth.geometry import transform_points
 from synth.occluders.model import BOX, CAPSULE, CYLINDER, Solids
-from synth.occluders.solids.distance import nearest_point, solid_distances
+from synth.occluders.solids.distance import is_any_nearer, nearest_point, place, solid_distances
 
 
 def random_pose(rng):
@@ -75,6 +75,20 @@ def test_the_nearest_point_is_the_smallest_distance():
         value, index = nearest_point(solids, T, points)
         assert value == pytest.approx(every.min(), abs=1e-12)
         assert index == every.argmin()
+
+
+@pytest.mark.parametrize("distance", [-0.05, 0.0, 0.08])
+def test_some_point_is_nearer_when_the_smallest_distance_is(distance):
+    rng = np.random.default_rng(4)
+    n_nearer = 0
+    for _ in range(60):
+        solids, T = random_solids(rng, 5), random_pose(rng)
+        points = T[:3, 3] + rng.normal(0, 0.02, (20, 3)) + rng.normal(0, 0.8, 3)
+        is_nearer = bool(solid_distances(solids, T, points).min() < distance)
+        assert is_any_nearer(place(solids, T), points, distance) is is_nearer
+        n_nearer += is_nearer
+    assert 0 < n_nearer < 60
+    assert not is_any_nearer(place(solids, T), np.empty((0, 3)), distance)
 
 
 def test_no_point_within_reach_gives_the_reach_and_no_index():

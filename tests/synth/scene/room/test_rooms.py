@@ -164,6 +164,21 @@ def test_taken_floor_is_the_floor_within_the_radius_of_what_stands_there():
     np.testing.assert_allclose(np.sort(prints[:, 0]), (-0.3125, 0.3125), atol=0.013)
 
 
+def test_a_floor_is_free_where_no_point_lies_outside_or_on_a_taken_cell():
+    rng = np.random.default_rng(0)
+    floor = Occupancy(2.0, 1.0)
+    floor.is_taken[:] = rng.random(floor.is_taken.shape) < 0.1
+    verdicts = []
+    for _ in range(200):
+        points = rng.uniform(-0.4, 0.4, 2) * (2.0, 1.0) + rng.normal(0, 0.05, (4, 2))
+        cells = floor.cells_of(points)
+        is_inside = ((cells >= 0) & (cells < floor.is_taken.shape)).all()
+        want = bool(is_inside and not floor.is_taken[cells[:, 0], cells[:, 1]].any())
+        assert floor.is_free(points) is want
+        verdicts.append(want)
+    assert 20 < sum(verdicts) < 180
+
+
 ROOMS = RoomConfig(kinds=RoomWeights(living=1.0))
 
 

@@ -14,11 +14,11 @@ from synth.bodies.spec import BodySpec
 from synth.geometry import LabelledMesh, inverse, transform_points
 from synth.occluders.background.catalogue import from_plain, make
 from synth.occluders.solids.distance import solid_distances
-from synth.render.among import measure_person
+from synth.render.among import measure_person, object_fractions
 from synth.render.labels import measure_visibility
 from synth.render.rasterize import Renderer
 from synth.render.records import RenderObject
-from synth.render.rooms import RenderPerson, RoomRenderer
+from synth.render.rooms import RenderedRoom, RenderPerson, RoomRenderer
 from synth.scene.config import SceneConfig, SplitShares
 from synth.scene.room.cast import Rooms
 from synth.scene.room.config import GroupWeights, PeopleConfig, RoomConfig, RoomWeights
@@ -205,6 +205,15 @@ def test_a_single_person_among_things_is_labelled_as_in_frames_of_one_person():
         assert single.visible_fraction == among.visible_fraction
         states |= set(among.joint_state.tolist())
     assert len(states) >= 3
+
+
+def test_object_fractions_are_pixels_seen_over_pixels_alone():
+    drawn = np.random.default_rng(0).integers(0, 6, (40, 50)).astype(np.uint8)
+    drawn[:30] = np.sort(drawn[:30], axis=1)
+    alone = np.array([0, 400, 500, 0, 600, 700, 800])
+    room = RenderedRoom(*(np.zeros(()),) * 4, instance=drawn, bodies=(), object_pixels=alone)
+    want = [0.0, *(np.count_nonzero(drawn == k) / max(alone[k], 1) for k in range(1, 7))]
+    np.testing.assert_allclose(object_fractions(room), want)
 
 
 def test_hidden_by_another_person_means_that_without_the_others_more_is_seen(frames):
