@@ -23,6 +23,8 @@ from pipelines.online.planner import PlannerSettings
 from pipelines.online.statistics import Statistics
 from pipelines.online.system import OnlineSystem, SystemSettings
 from pipelines.online.tracker import TrackerSettings
+from pipelines.online.wires.wire import Wire
+from pipelines.playing.live import is_live_source, open_live_source
 from pipelines.playing.pace import paced
 from pipelines.playing.sources import PlayOptions, Source, open_source
 from pipelines.recordings.plain import GivenCamera
@@ -36,8 +38,8 @@ class LiveSettings:
     """Follows everybody in depth images, and has modules analyse whom a planner chooses.
 
     Attributes:
-        source: A corpus of whole scenes (rooms, clips), a recording of ROS 1 or 2 (.bag, .mcap, .db3 or a folder), or a
-            folder of depth files.
+        source: A corpus of whole scenes (rooms, clips), a recording of ROS 1 or 2 (.bag, .mcap, .db3 or a folder), a
+            folder of depth files; or what runs: ros1:/TOPIC, ros2:/TOPIC, usb:, usb:realsense, usb:openni.
         config: TOML file with defaults for all other settings.
         walks: A random walk forest: finds nine joints of the upper body.
         skeleton: A regression forest: finds the whole skeleton.
@@ -106,9 +108,9 @@ class LiveSettings:
         Raises:
             UserError: The source or a model cannot be used, or no image could.
         """
-        source = open_source(self.source, self._options())
         statistics, notices = Statistics(), Notices()
         with ExitStack() as stack:
+            source, wire = self._opened(stack)
             modules = self._modules()
             stack.callback(modules.close)
             system = OnlineSystem(self._detector(), modules, SystemSettings(self.tracker, self.planner))
@@ -119,6 +121,10 @@ class LiveSettings:
 
                 recorder = stack.enter_context(Recorder(self.record, self.camera_name))
                 system.bus.subscribe(object, recorder.take)
+            if wire is not None:
+                from pipelines.online.wires.publishing import Publisher
+
+                system.bus.subscribe(object, Publisher(wire, system.bus, self.camera_name).take)
             if self.view:
                 from pipelines.viewer.moments import LiveShow
                 from pipelines.viewer.page import Page
@@ -139,20 +145,32 @@ class LiveSettings:
             raise UserError(f"no image of {self.source} could be used; the warnings say why")
         return 0
 
+    def _opened(self, stack: ExitStack) -> tuple[Source, Wire | None]:
+        """The source and, of one that runs on ROS, where results are published."""
+        if is_live_source(self.source):
+            return open_live_source(self.source, self._options(), stack)
+        return open_source(self.source, self._options()), None
+
     def _play(self, system: OnlineSystem, source: Source) -> None:
-        for item in self._items(source):
-            if isinstance(item, Notice):
-                system.bus.publish(item)
-                continue
-            system.step(item)
-            if not self.realtime:
-                system.finish()
+        waits = not (self.realtime or source.is_live)
+        try:
+            for item in self._items(source):
+                if isinstance(item, Notice):
+                    system.bus.publish(item)
+                    continue
+                system.step(item)
+                if waits:
+                    system.finish()
+        except KeyboardInterrupt:
+            if not source.is_live:
+                raise
+            log.info("interrupted")  # How else would it end?
         system.finish()
 
     def _items(self, source: Source) -> Iterator[CameraFrame | Notice]:
         again = itertools.chain.from_iterable(source.frames() for _ in range(self.loops))
         chosen = itertools.islice(again, self.frames or None)
-        return paced(chosen) if self.realtime else chosen
+        return paced(chosen) if self.realtime and not source.is_live else chosen
 
     def _options(self) -> PlayOptions:
         is_given = self.camera is not None or self.intrinsics is not None

@@ -10,9 +10,9 @@ from forests.finder.find import FoundPerson, PeopleFinder
 from forests.finder.floor import Floor, FloorPrior, NoFloorError, find_floor
 from pipelines.online.messages import CameraFrame, Detection, Detections
 
-WORLD, FLOOR, LEVEL = "world", "floor", "level"
-"""Frames of reference: told with the image; under the camera, on the floor that was found; in the camera, where none
-was found."""
+FLOOR, LEVEL = "floor", "level"
+"""Frames of reference where the image tells none: under the camera, on the floor that was found; in the camera, where
+none was found."""
 _LEVEL = Floor(np.array([0.0, -1.0, 0.0]), 0.0)
 TYPICAL_HEIGHT_M = 1.7
 """Of a person whose height above the floor is not known."""
@@ -92,7 +92,7 @@ class PersonDetector:
         floor, is_moved = self._floor_of(frame)
         found = self.finder.find(frame.depth, frame.camera, floor or self.prior, self.settings.score)
         if frame.T_world_camera is not None:
-            frame_id, T_floor_camera = WORLD, frame.T_world_camera
+            frame_id, T_floor_camera = frame.world_frame_id, frame.T_world_camera
         elif found.floor is not None:
             frame_id, T_floor_camera = FLOOR, found.floor.T_floor_camera
         else:

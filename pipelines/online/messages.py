@@ -22,6 +22,7 @@ class CameraFrame:
         depth: (height, width) uint16 [mm], 0 = nothing.
         camera: Intrinsics.
         T_world_camera: (4, 4) float64, where the camera is; None = not told.
+        world_frame_id: Name of the frame of reference of that pose.
     """
 
     stamp: int
@@ -29,6 +30,7 @@ class CameraFrame:
     depth: NDArray[np.uint16]
     camera: Intrinsics
     T_world_camera: NDArray[np.float64] | None = None
+    world_frame_id: str = "world"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -23,7 +23,16 @@ BETWEEN_CLIPS_S = 30.0
 
 
 class Source(Protocol):
-    """Images in order of time."""
+    """Images in order of time.
+
+    Attributes:
+        is_live: Whether they come of themselves, so that they wait for nobody.
+    """
+
+    @property
+    def is_live(self) -> bool:
+        """See above."""
+        ...
 
     def frames(self) -> Iterator[CameraFrame | Notice]:
         """The images; in their place, why one cannot be used."""
@@ -45,6 +54,7 @@ class CorpusSource:
     sensor: str | None = None
     fps: float = 30.0
     knows_pose: bool = True
+    is_live: ClassVar[bool] = False
 
     def frames(self) -> Iterator[CameraFrame | Notice]:
         """The frames of whole scenes in order of number, those of the first camera alone.
@@ -95,6 +105,7 @@ class FolderSource:
 
     requests: tuple[Request, ...]
     fps: float = 30.0
+    is_live: ClassVar[bool] = False
 
     def frames(self) -> Iterator[CameraFrame | Notice]:
         """The images."""

@@ -35,14 +35,14 @@ class Translator:
         camera_name: In the topics.
     """
 
-    def __init__(self, camera_name: str = "rgbd_front_top") -> None:
-        """Takes the camera's name.
+    def __init__(self, camera_name: str = "rgbd_front_top", maker: Maker | None = None) -> None:
+        """Takes the camera's name, and what makes the messages; None = messages of ROS 2.
 
         Raises:
             UserError: rosbags is not installed.
         """
         self.camera_name = camera_name
-        self._maker = Maker()
+        self._maker = maker or Maker()
         self._frames: OrderedDict[int, CameraFrame] = OrderedDict()
 
     def translate(self, message: object) -> Iterator[Outgoing]:

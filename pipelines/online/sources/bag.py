@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from forests.frames import Intrinsics
 from pipelines.errors import UserError
@@ -40,6 +40,7 @@ class BagSource:
     topic: str | None = None
     camera: Intrinsics | None = None
     uses_tf: bool = True
+    is_live: ClassVar[bool] = False
 
     def frames(self) -> Iterator[CameraFrame | Notice]:
         """The images in the order of the recording; in their place, why one cannot be used.
@@ -127,7 +128,8 @@ class OpenBag:
                     raise DecodeError("images without a camera", sentence)
                 depth, stamp = depth_of(message), stamp_of(message, time)
                 frame_id = message.header.frame_id or "camera"
-                yield CameraFrame(stamp, frame_id, depth, camera, self._transforms.pose(frame_id, stamp))
+                pose, root = self._transforms.pose(frame_id, stamp), self._transforms.root(frame_id)
+                yield CameraFrame(stamp, frame_id, depth, camera, pose, root)
             except DecodeError as error:
                 yield Notice(error.kind, str(error))
 

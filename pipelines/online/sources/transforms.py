@@ -42,6 +42,23 @@ class Transforms:
             edge.stamps.insert(at, stamp)
             edge.poses.insert(at, (xyz, xyzw))
 
+    def root(self, frame_id: str) -> str:
+        """Name of the root of a frame's tree; "world" where no transform is known."""
+        name = frame_id.lstrip("/")
+        if name not in self._edges:
+            return "world"
+        for _ in range(LONGEST_CHAIN):
+            if name not in self._edges:
+                break
+            name = self._edges[name].parent
+        return name
+
+    def forget(self, before: int) -> None:
+        """Forgets what was told of times before one [ns], but the last of each frame of reference."""
+        for edge in self._edges.values():
+            n = min(bisect_right(edge.stamps, before), len(edge.stamps) - 1)
+            del edge.stamps[:n], edge.poses[:n]
+
     def pose(self, frame_id: str, stamp: int) -> NDArray[np.float64] | None:
         """(4, 4) a frame of reference in the root of its tree at a time; None = not known, or it is the root.
 
