@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--profile", action="store_true")
     options = parser.parse_args()
     n = options.frames
-    for warm in (rooms_order(6, options.people, 99), drawn_order(SceneConfig(), 99, 6)):
+    for warm in (rooms_order(60, options.people, 99), drawn_order(SceneConfig(), 99, 60)):  # loads kernels
         written(warm)
     if options.profile:
         profiled(rooms_order(n, options.people, options.seed))

@@ -17,27 +17,22 @@ from pipelines.ablate.config import load_config  # noqa: E402
 from pipelines.ablate.folder import ResultsFolder  # noqa: E402
 from pipelines.ablate.plan import make_plan  # noqa: E402
 from pipelines.metrics import errors  # noqa: E402
+from pipelines.metrics.resampling import N_RESAMPLES, Ratio, draw_together  # noqa: E402
 from pipelines.metrics.results import read_results  # noqa: E402
 from synth.vocabulary import MAX_PEOPLE, JointState  # noqa: E402
-
-N_RESAMPLES = 2000
 
 
 class Shares:
     """Shares of joints in percent, with intervals; scenes are drawn anew, since people of one scene are alike."""
 
     def __init__(self, truths):
-        numbers, self.scene = np.unique(truths.frame // MAX_PEOPLE, return_inverse=True)
-        self.n = len(numbers)
-        rng = np.random.default_rng(0)
-        draws = [rng.integers(0, self.n, self.n) for _ in range(N_RESAMPLES)]
-        self.weights = np.stack([np.bincount(draw, minlength=self.n) for draw in draws])
+        self.scene = truths.frame // MAX_PEOPLE
+        self.weights = draw_together(self.scene, N_RESAMPLES, np.random.default_rng(0))
 
     def of(self, values, is_counted):
         """The mean of values (n, n_joints) over the joints that count, and its interval."""
-        top = np.bincount(self.scene, (values * is_counted).sum(axis=1), minlength=self.n)
-        bottom = np.bincount(self.scene, is_counted.sum(axis=1).astype(float), minlength=self.n)
-        low, high = np.percentile((self.weights @ top) / (self.weights @ bottom), [2.5, 97.5])
+        top, bottom = (values * is_counted).sum(axis=1), is_counted.sum(axis=1).astype(float)
+        low, high = np.percentile(Ratio(top, bottom)(self.weights), [2.5, 97.5])
         return f"{100 * top.sum() / bottom.sum():5.1f} [{100 * low:.1f}, {100 * high:.1f}]"
 
 
@@ -59,7 +54,7 @@ def main():
     shares = Shares(truths)
     everything = np.ones(truths.state.shape, bool)
     groups = {"visible": truths.state == JointState.VISIBLE, "hidden": truths.state == JointState.OCCLUDED}
-    print(f"{len(truths)} people in {shares.n} frames")
+    print(f"{len(truths)} people in {len(np.unique(shares.scene))} frames")
     for condition in conditions:
         print(", ".join(f"{name}: {value}" for name, value in condition.settings))
         for row in condition.rows:

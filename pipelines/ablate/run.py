@@ -4,14 +4,13 @@ import itertools
 
 from pipelines.ablate.folder import ResultsFolder
 from pipelines.ablate.hints import frames_told
-from pipelines.ablate.jobs import CorpusJob, ScoringJob, Selection, TrainingJob
+from pipelines.ablate.jobs import CorpusJob, ScoringJob, TrainingJob
 from pipelines.ablate.libraries import SPLIT
 from pipelines.ablate.models import read_contestant, train_model
 from pipelines.ablate.plan import Plan
 from pipelines.ablate.progress import Job, SetShare, WorkProgress, cost
-from pipelines.corpus import Corpus, write_corpus
-from pipelines.corpus.rooms.views import PeopleFrames, Place, people_of
-from pipelines.corpus.sequence import CorpusFrames
+from pipelines.corpus import write_corpus
+from pipelines.corpus.rooms.views import frames_shown
 from pipelines.errors import CorpusError
 from pipelines.generation.drawn import drawn_order
 from pipelines.generation.libraries import LibraryUse
@@ -73,24 +72,15 @@ def _make_corpus(job: CorpusJob, folder: ResultsFolder, n_threads: int, set_shar
 def _train(job: TrainingJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
     corpus = folder.open_corpus(job.corpus)
     train, val = (
-        frames_told(_frames(corpus, frames, job.sensor, job.place), job.told) for frames in (job.train, job.val)
+        frames_told(frames_shown(corpus, frames.of(corpus), job.sensor, job.place), job.told)
+        for frames in (job.train, job.val)
     )
     train_model(job, corpus.digest, train, val, folder.model(job), n_threads, set_share)
 
 
-def _frames(
-    corpus: Corpus, selection: Selection, sensor: str | None, place: Place | None
-) -> CorpusFrames | PeopleFrames:
-    """Frames of single people, or the people of rooms cut out at a place."""
-    numbers = selection.of(corpus)
-    if place is None:
-        return CorpusFrames(corpus, numbers, sensor)
-    return PeopleFrames(corpus, people_of(corpus, numbers), sensor, place)
-
-
 def _score(job: ScoringJob, folder: ResultsFolder, n_threads: int, set_share: SetShare) -> None:
     corpus = folder.open_corpus(job.corpus)
-    shown = _frames(corpus, job.test, job.sensor, job.place)
+    shown = frames_shown(corpus, job.test.of(corpus), job.sensor, job.place)
     frames = frames_told(shown, job.training.told)
     n_done = itertools.count(1)
     results, confusion = predict_frames(

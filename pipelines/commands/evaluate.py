@@ -39,9 +39,11 @@ log = logging.getLogger(__name__)
 class EvaluateSettings:
     """Scores a model on a corpus and prints a table with 95 % intervals.
 
-    Where several cameras see a scene, their answers are also fused.
+    Of a corpus of rooms, everybody is scored who ought to be found: 1 to 5 m away, at least a quarter visible. Where
+    several cameras see a scene, their answers are also fused.
 
-    Orientation nets are scored by their angles; --joint-offsets, --rows, --pixels and --skeleton do not concern them.
+    Orientation nets are scored by their angles; --joint-offsets, --rows, --pixels, --found and --skeleton do not
+    concern them.
 
     Attributes:
         model: File of the model.
@@ -60,6 +62,8 @@ class EvaluateSettings:
         skeleton: Make one skeleton out of the model's proposals. Without, each joint is found on its own.
         resamples: Number of bootstrap resamples of the frames for the confidence intervals.
         seed: Seed of the resamples.
+        found: In rooms, cut people out where the finder finds them; those whom it does not find count as wrong. By
+            default everybody is cut out at their true place.
     """
 
     model: Annotated[Path, tyro.conf.Positional]
@@ -75,6 +79,7 @@ class EvaluateSettings:
     skeleton: bool = True
     resamples: int = N_RESAMPLES
     seed: int = 0
+    found: bool = False
 
     def __post_init__(self) -> None:
         check_fields(self, _RANGES)
@@ -86,7 +91,7 @@ class EvaluateSettings:
         if self.json:
             sys.stdout.write(json.dumps(document, allow_nan=False) + "\n")
             return 0
-        log.info("%s on %s, split %s: %d frames", self.model, self.corpus, self.split, document["n_frames"])
+        log.info("%s on %s, split %s: %s", self.model, self.corpus, self.split, _scored(document))
         if is_net:
             for line in orientation_lines(document):
                 log.info("%s", line)
@@ -103,8 +108,10 @@ class EvaluateSettings:
         Raises:
             UserError: As of `scores`, or a setting that does not concern such nets.
         """
-        if self.rows is not None or self.joint_offsets:
-            raise UserError(f"{self.model} is an orientation net; --rows and --joint-offsets are for joints")
+        if self.rows is not None or self.joint_offsets or self.found:
+            raise UserError(
+                f"{self.model} is an orientation net; --rows, --joint-offsets and --found are for joints"
+            )
         predictor, about = open_net(self.model)
         scoring = OrientationScoring(self.split, self.sensor, self.limit, self.resamples, self.seed)
         return score_orientation(predictor, about, Corpus.open(self.corpus), scoring)
@@ -128,8 +135,18 @@ class EvaluateSettings:
             self.resamples,
             self.seed,
             self.skeleton,
+            self.found,
         )
         return score_model(contestant, about, Corpus.open(self.corpus), scoring, self.threads, self.rows)
+
+
+def _scored(document: dict) -> str:
+    """What the scores are of, in words."""
+    n_scenes = document.get("n_scenes")
+    if n_scenes is None:
+        return f"{document['n_frames']} frames"
+    where = "where the finder finds them" if document["configuration"]["found"] else "at their true places"
+    return f"{document['n_frames']} people in {n_scenes} scenes, cut out {where}"
 
 
 def _pixel_lines(pixels: dict | None) -> Iterator[str]:

@@ -139,6 +139,21 @@ def draw_frames(n_frames: int, n_resamples: int, rng: np.random.Generator) -> Fr
     return counts
 
 
+def draw_together(group: NDArray[np.int64], n_resamples: int, rng: np.random.Generator) -> FrameWeights:
+    """The same for frames that are drawn in groups, as the people of one scene, who are alike.
+
+    Args:
+        group: (n_frames,) number of each frame's group.
+        n_resamples: Resamples.
+        rng: Draws.
+
+    Returns:
+        (n_resamples, n_frames) int16, counts; those of `draw_frames` where each frame is a group, in rising order.
+    """
+    numbers, of_frame = np.unique(group, return_inverse=True)
+    return np.ascontiguousarray(draw_frames(len(numbers), n_resamples, rng)[:, of_frame])
+
+
 def interval(estimate: float, values: NDArray[np.float64], level: float = LEVEL) -> tuple[float, float]:
     """The bias-corrected percentile interval of a bootstrap (Efron and Tibshirani 1993, chapter 14).
 

@@ -5,16 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
+from forests.frames import LabelTable
 from pipelines.corpus import Corpus
 from pipelines.corpus.header import software_versions
-from pipelines.corpus.joined import frames_of
+from pipelines.corpus.rooms.views import PeopleFrames, Place, frames_shown
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import UserError
 from pipelines.metrics import N_RESAMPLES, draw_frames
 from pipelines.metrics.document import pixel_values, score_document
 from pipelines.metrics.offsets import frames_apart, learn_offsets, upwards, with_offsets
 from pipelines.metrics.pixels import Confusion
-from pipelines.metrics.resampling import FrameWeights
+from pipelines.metrics.resampling import FrameWeights, draw_together
 from pipelines.metrics.results import Results, write_results
 from pipelines.metrics.truths import truths_of_frames
 from pipelines.metrics.views import clips_of_rows, frames_of_rows, view_document, whole_scenes
@@ -40,6 +41,8 @@ class Scoring:
         resamples: Resamples of the frames for the confidence intervals.
         seed: Of the resamples.
         skeleton: Whether the model makes one skeleton out of its proposals; for the record.
+        found: Whether people of whole scenes are cut out where the finder finds them, and answered by nobody where it
+            does not, instead of at their true places.
     """
 
     split: str = "test"
@@ -50,6 +53,7 @@ class Scoring:
     resamples: int = N_RESAMPLES
     seed: int = 0
     skeleton: bool = True
+    found: bool = False
 
 
 def score_model(
@@ -74,41 +78,65 @@ def score_model(
         All scores as JSON values, see docs/metrics.md.
 
     Raises:
-        UserError: No such sensor for the corpus, or no frames are left to be scored.
+        UserError: No such sensor for the corpus, settings that do not concern it, or no frames or people are left to
+            be scored.
     """
+    _check(corpus, scoring)
     if not scoring.pixels:
         contestant = replace(contestant, labeller=None)
-    corpus.check_sensor(scoring.sensor)
     learning, scored = frames_apart(corpus, scoring.split, scoring.joint_offsets)
     indices = whole_scenes(corpus, scored, scoring.limit)
     if not len(indices):
         raise UserError(f"{corpus.path} has no frames of the split {scoring.split}")
-    results, confusion = _answers(contestant, corpus, indices, scoring.sensor, n_threads)
+    place: Place | None = ("found" if scoring.found else "true") if corpus.header.has_rooms else None
+    frames = frames_shown(corpus, indices, scoring.sensor, place)
+    if not len(frames):
+        raise UserError(f"{corpus.path} has nobody in the split {scoring.split} who ought to be found")
+    results, confusion = _answers(_labelling(contestant, frames.labels), frames, n_threads)
     context = _context(about, corpus, scoring)
     if rows is not None:
         write_results(rows, [results], context)
-    weights, by_clip = _weights(corpus, indices, results, scoring)
+    weights, by_clip = _weights(corpus, indices, frames, results, scoring)
     document = context | score_document(results, weights)
+    document["n_scenes"] = len(np.unique(frames.indices)) if corpus.header.has_rooms else None
     document["views"] = None if by_clip is None else view_document(corpus, indices, results, by_clip)
     document["pixels"] = None if confusion is None else pixel_values(confusion)
     document["joint_offsets"] = None
     if len(learning):
         without_pixels = replace(contestant, labeller=None)
-        taught, _ = _answers(without_pixels, corpus, learning, scoring.sensor, n_threads)
+        taught, _ = _answers(without_pixels, CorpusFrames(corpus, learning, scoring.sensor), n_threads)
         document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
     return document
 
 
 def _weights(
-    corpus: Corpus, indices: np.ndarray, results: Results, scoring: Scoring
+    corpus: Corpus, indices: np.ndarray, frames: CorpusFrames | PeopleFrames, results: Results, scoring: Scoring
 ) -> tuple[FrameWeights, FrameWeights | None]:
-    """How often each answer counts in each resample; and each scene of several cameras, whose views are alike."""
+    """How often each answer counts in each resample, all people of a frame alike; and each scene of several cameras."""
     rng = np.random.default_rng(scoring.seed)
     if corpus.header.cameras == 1:
-        return draw_frames(len(indices), scoring.resamples, rng), None
+        return draw_together(frames.indices, scoring.resamples, rng), None
     clips, n_clips = clips_of_rows(corpus, indices, results)
     by_clip = draw_frames(n_clips, scoring.resamples, rng)
     return by_clip[:, clips], by_clip
+
+
+def _check(corpus: Corpus, scoring: Scoring) -> None:
+    """Refuses settings that a corpus does not know."""
+    corpus.check_sensor(scoring.sensor)
+    if scoring.found and not corpus.header.has_rooms:
+        raise UserError(f"{corpus.path} holds single people; --found is for corpora of rooms")
+    if scoring.joint_offsets and corpus.header.has_rooms:
+        raise UserError(f"{corpus.path} holds whole scenes; --joint-offsets is for frames of one person")
+
+
+def _labelling(contestant: Contestant, labels: LabelTable) -> Contestant:
+    """The model, without its labels of pixels where those are of other classes, as of who never saw a room."""
+    if contestant.labeller is None:
+        return contestant
+    n_others = len(contestant.labeller.classes) - labels.n_parts
+    is_known = n_others in (0, 1, labels.n_labels - labels.n_parts)
+    return contestant if is_known else replace(contestant, labeller=None)
 
 
 def _context(about: dict, corpus: Corpus, scoring: Scoring) -> dict:
@@ -137,9 +165,7 @@ def _with_offsets(corpus: Corpus, taught: Results, results: Results, weights: Fr
 
 
 def _answers(
-    contestant: Contestant, corpus: Corpus, indices: np.ndarray, sensor: str | None, n_threads: int
+    contestant: Contestant, frames: CorpusFrames | PeopleFrames, n_threads: int
 ) -> tuple[Results, Confusion | None]:
-    has_views = corpus.header.cameras > 1
-    frames = frames_of(corpus, indices, sensor) if has_views else CorpusFrames(corpus, indices, sensor)
     with Progress(len(frames), "frame", "evaluate") as bar:
         return predict_frames(contestant, frames, truths_of_frames(frames), n_threads, bar.update)

@@ -15,6 +15,7 @@ from forests.finder.floor import Floor
 from forests.frames import DepthFrame, LabelTable
 from pipelines.corpus.read import Corpus
 from pipelines.corpus.rooms.matching import DISTANCES, MIN_VISIBLE, floor_of, judge_axes, truths_of
+from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
 from synth.frame import RoomFrame
 from synth.vocabulary import JOINT_NAMES, MAX_PEOPLE, OCCLUDER_CLASSES, JointState
@@ -141,6 +142,22 @@ class PeopleFrames:
             return _Scene(frame, floor, found.people, found.floor, _owners(frame, found.people))
 
         return read
+
+
+def frames_shown(
+    corpus: Corpus, numbers: NDArray[np.int64], sensor: str | None = None, place: Place | None = None
+) -> CorpusFrames | PeopleFrames:
+    """Frames of single people, or, at a place, everybody in whole scenes who ought to be found.
+
+    Args:
+        corpus: An open corpus.
+        numbers: (n,) frame numbers.
+        sensor: Sensor model for the depth; None = clean.
+        place: Where people are cut out; None for a corpus of single people.
+    """
+    if place is None:
+        return CorpusFrames(corpus, numbers, sensor)
+    return PeopleFrames(corpus, people_of(corpus, numbers), sensor, place)
 
 
 def _axes(frame: RoomFrame, floor: Floor, rng: np.random.Generator | None) -> NDArray[np.float64]:

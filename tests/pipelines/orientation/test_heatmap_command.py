@@ -5,6 +5,10 @@ import json
 import pytest
 
 from pipelines.cli import main
+from pipelines.corpus import write_corpus
+from pipelines.generation.drawn import drawn_order
+from synth.scene.config import SceneConfig, SplitShares
+from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
 
 OPTIONS = (
     "--n-epochs", "1", "--batch-size", "16", "--channels", "4", "4", "8", "--max-frames", "30", "--seed", "5",
@@ -38,6 +42,28 @@ def test_a_net_is_scored_and_asked_as_a_forest_is(trained, toy_corpus, tmp_path,
     joints = json.loads((out / "frame_000003.json").read_text())["joints"]
     assert len(joints) == 15
     assert len(joints["head"]["proposals"]) > 0
+
+
+def test_a_net_answers_everybody_in_rooms(trained, tmp_path, capsys):
+    scene = SceneConfig(
+        camera="custom",
+        intrinsics=(256, 212, 182.0, 182.0, 127.5, 105.5),
+        splits=SplitShares(0.0, 0.0, 1.0),
+        room=RoomConfig(kinds=RoomWeights(1.0, 1.0, 1.0)),
+        people=PeopleConfig(number=(2, 2), visible=(0.5, 1.0)),
+    )
+    write_corpus(tmp_path / "rooms", drawn_order(scene, 5, 3))
+    words = (str(tmp_path / "rooms"), "--sensor", "kinect_v2")
+    for options in ((), ("--found",)):
+        assert main(["evaluate", str(trained), *words, "--resamples", "20", "--json", *options]) == 0
+        scores = json.loads(capsys.readouterr().out)
+        assert scores["n_scenes"] == 3
+        assert scores["missing"] < 0.5
+    out = tmp_path / "p"
+    assert main(["predict", str(trained), "--corpus", *words, "--frame", "0", "1", "2", "--out", str(out)]) == 0
+    answered = [json.loads(path.read_text()) for path in out.glob("frame_*.json")]
+    assert len(answered) >= 3
+    assert all(len(one["joints"]) == 15 for one in answered)
 
 
 def test_a_net_has_a_card_as_a_forest_has(trained, toy_corpus, tmp_path):
