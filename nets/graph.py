@@ -1,19 +1,24 @@
-"""Graphs in the ONNX format, built layer by layer out of plain arrays; needs onnx, but not torch."""
+"""Graphs in the ONNX format, built node by node out of plain arrays; needs onnx, but not torch."""
 
-from collections.abc import Mapping
+import contextlib
+import hashlib
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from nets.runtime import MissingLibraryError
-from nets.stages import Trunk
 
 OPSET = 17
 IR_VERSION = 8
 """Old enough for runtimes of 2022."""
-BATCH_NORM_EPS = 1e-5
-"""torch's default."""
+
+Side = int | str
+"""Of a shape: a number, or the name of one that is not fixed."""
+
+Typed = tuple[str, DTypeLike]
+"""Name and type of a value."""
 
 
 def load_onnx() -> Any:
@@ -32,104 +37,95 @@ def load_onnx() -> Any:
 
 
 class Graph:
-    """A graph that grows.
-
-    Attributes:
-        outputs: Names and shapes of its outputs.
-    """
+    """A graph that grows."""
 
     def __init__(self) -> None:
         self._onnx = load_onnx()
         self._nodes: list[Any] = []
         self._arrays: dict[str, NDArray[Any]] = {}
-        self.outputs: list[tuple[str, tuple[int | str, ...]]] = []
+        self._n_names = 0
+        self._shared: dict[str, str] = {}
+        self._inputs: list[Any] = []
+        self._outputs: list[Any] = []
 
     def add(self, operator: str, inputs: list[str], name: str = "", /, **attributes: Any) -> str:
         """Adds a node with one output and gives the output's name."""
-        name = name or f"{operator.lower()}_{len(self._nodes)}"
+        name = name or self.new_name(operator.lower())
         self._nodes.append(self._onnx.helper.make_node(operator, inputs, [name], name=name, **attributes))
         return name
 
-    def constant(self, name: str, values: NDArray[Any]) -> str:
-        """Adds an array and gives its name."""
-        self._arrays[name] = np.ascontiguousarray(values)
-        return name
+    def add_several(self, operator: str, inputs: list[str], n_outputs: int, **attributes: Any) -> list[str]:
+        """Adds a node with several outputs and gives their names."""
+        name = self.new_name(operator.lower())
+        outputs = [f"{name}_{k}" for k in range(n_outputs)]
+        self._nodes.append(self._onnx.helper.make_node(operator, inputs, outputs, name=name, **attributes))
+        return outputs
 
-    def convolution(
-        self, source: str, weights: Mapping[str, np.ndarray], name: str, padding: int, stride: int = 1
-    ) -> str:
-        """Adds a convolution, its batch normalisation and ReLU.
+    def new_name(self, stem: str) -> str:
+        """A name that nothing in the graph has yet."""
+        self._n_names += 1
+        return f"{stem}_{self._n_names}"
+
+    @contextlib.contextmanager
+    def inside(self) -> Iterator[list[Any]]:
+        """Adds nodes to a list of their own, which is given: of a graph inside this one, which sees all values."""
+        outside, self._nodes = self._nodes, []
+        try:
+            yield self._nodes
+        finally:
+            self._nodes = outside
+
+    def loop_body(self, nodes: list[Any], inputs: list[Typed], outputs: list[Typed]) -> Any:
+        """A graph inside this one, for a loop: its attribute.
 
         Args:
-            source: The input.
-            weights: By name; the normalisation's layer has the number after that of the convolution.
-            name: Of the convolution, such as "features.0".
-            padding: Zeros on each side.
-            stride: Pixels from one place to the next.
+            nodes: Of the body.
+            inputs: Number of the step, whether the loop goes on, and its state.
+            outputs: Whether it goes on, its state, and what is told of the step.
         """
-        stem, _, number = name.rpartition(".")
-        after = f"{stem}.{int(number) + 1}"
-        # A normalisation with fixed statistics is part of the convolution before it.
-        scale = weights[f"{after}.weight"] / np.sqrt(weights[f"{after}.running_var"] + BATCH_NORM_EPS)
-        kernel = self.constant(f"{name}.weight", weights[f"{name}.weight"] * scale[:, None, None, None])
-        bias = weights[f"{after}.bias"] - weights[f"{after}.running_mean"] * scale
-        inputs = [source, kernel, self.constant(f"{name}.bias", bias)]
-        size = weights[f"{name}.weight"].shape[2:]
-        sides = {"kernel_shape": list(size), "pads": [padding] * 4, "strides": [stride] * 2}
-        return self.add("Relu", [self.add("Conv", inputs, **sides)])
+        info = self._onnx.helper.make_tensor_value_info
+        scalars, state = inputs[:2], inputs[2:]
+        given = [info(name, self.number_of(dtype), []) for name, dtype in scalars]
+        given += [info(name, self.number_of(dtype), None) for name, dtype in state]
+        (goes, goes_dtype), *others = outputs
+        made = [info(goes, self.number_of(goes_dtype), [])]
+        made += [info(name, self.number_of(dtype), None) for name, dtype in others]
+        return self._onnx.helper.make_graph(nodes, self.new_name("body"), given, made)
 
-    def pointwise(self, source: str, weights: Mapping[str, np.ndarray], name: str, output: str = "") -> str:
-        """Adds a convolution of 1x1."""
-        return self.add("Conv", [source, *self._constants(weights, name)], output, kernel_shape=[1, 1])
+    def constant(self, name: str, values: NDArray[Any]) -> str:
+        """Adds an array and gives its name."""
+        self._arrays[name] = np.asarray(values, order="C")
+        return name
 
-    def twice(self, source: str) -> str:
-        """Adds maps of twice the size, each cell repeated."""
-        scales = self.constant("twice", np.array([1.0, 1.0, 2.0, 2.0], np.float32))
-        how = {"mode": "nearest", "coordinate_transformation_mode": "asymmetric", "nearest_mode": "floor"}
-        return self.add("Resize", [source, "", scales], **how)
+    def shared(self, values: NDArray[Any]) -> str:
+        """Adds an array unless one like it was added so before, and gives its name."""
+        contents = hashlib.sha256(f"{values.dtype.str}{values.shape}".encode() + values.tobytes()).hexdigest()
+        name = self._shared.setdefault(contents, f"constant_{len(self._shared)}")
+        return self.constant(name, values)
 
-    def _constants(self, weights: Mapping[str, np.ndarray], name: str) -> list[str]:
-        return [self.constant(f"{name}.{part}", weights[f"{name}.{part}"]) for part in ("weight", "bias")]
+    def number_of(self, dtype: DTypeLike) -> int:
+        """ONNX's number of a type."""
+        return int(self._onnx.helper.np_dtype_to_tensor_dtype(np.dtype(dtype)))
 
-    def trunk(self, source: str, trunk: Trunk, weights: Mapping[str, np.ndarray], name: str) -> str:
-        """Adds the stages of a trunk, whose layers are numbered as `nets.modules.convolutions` numbers them."""
-        layer = 0
-        for stage in trunk.stages:
-            for _ in stage.channels:
-                source = self.convolution(source, weights, f"{name}.{layer}", stage.padding)
-                layer += 3
-            if stage.pool is not None:
-                sides = {"kernel_shape": list(stage.pool), "strides": list(stage.pool)}
-                source = self.add("MaxPool", [source], ceil_mode=1, **sides)
-                layer += 1
-        return source
+    def input(self, name: str, *shape: Side, dtype: DTypeLike = np.float32) -> str:
+        """Adds an input and gives its name."""
+        self._inputs.append(self._onnx.helper.make_tensor_value_info(name, self.number_of(dtype), list(shape)))
+        return name
 
-    def linear(self, source: str, weights: Mapping[str, np.ndarray], name: str, output: str = "") -> str:
-        """Adds a linear layer."""
-        return self.add("Gemm", [source, *self._constants(weights, name)], output, transB=1)
+    def output(self, name: str, *shape: Side, dtype: DTypeLike = np.float32) -> None:
+        """Makes a node's output one of the graph."""
+        self._outputs.append(self._onnx.helper.make_tensor_value_info(name, self.number_of(dtype), list(shape)))
 
-    def output(self, name: str, *shape: int) -> None:
-        """Makes a node's output one of the graph, with the shape of one image's."""
-        self.outputs.append((name, ("n", *shape)))
-
-    def finish(self, source: str, shape: tuple[int, ...], about: Mapping[str, str]) -> bytes:
+    def finish(self, about: Mapping[str, str]) -> bytes:
         """The file's bytes.
 
         Args:
-            source: Name of the graph's input.
-            shape: Of one image.
             about: Texts that the file tells.
         """
         onnx = self._onnx
-        helper, float32 = onnx.helper, onnx.TensorProto.FLOAT
+        helper = onnx.helper
         values = [onnx.numpy_helper.from_array(array, name) for name, array in self._arrays.items()]
-        graph = helper.make_graph(
-            self._nodes,
-            "undergrowth",
-            [helper.make_tensor_value_info(source, float32, ["n", *shape])],
-            [helper.make_tensor_value_info(name, float32, list(of_output)) for name, of_output in self.outputs],
-            values,
-        )
+        graph = helper.make_graph(self._nodes, "undergrowth", self._inputs, self._outputs, values)
         model = helper.make_model(
             graph,
             opset_imports=[helper.make_opsetid("", OPSET)],

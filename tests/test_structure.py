@@ -98,7 +98,7 @@ def imported_by(node):
     return [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
 
 
-NETS_WITHOUT_TORCH = {"nets.views"} | {
+NETS_WITHOUT_TORCH = {"nets.views", "nets.graph", "nets.values"} | {
     f"nets.orientation.{name}" for name in ("angles", "config", "decode", "frames", "model")
 }
 """What programs without torch may import when they start."""

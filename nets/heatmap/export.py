@@ -5,9 +5,9 @@ import json
 import numpy as np
 
 from forests.records import to_json
-from nets.graph import Graph
 from nets.heatmap.config import STATES, STRIDE
 from nets.heatmap.model import HeatmapModel
+from nets.layers import LayerGraph
 
 INPUT = "images"
 N_CHANNELS = 2
@@ -29,6 +29,7 @@ def to_onnx(model: HeatmapModel) -> bytes:
     config, n_joints, view = model.config, len(model.joints), model.config.view
     writer = _Writer(model)
     graph, weights = writer.graph, model.weights
+    graph.input(INPUT, "n", N_CHANNELS, view.height, view.width)
     one = writer.residuals(writer.block(writer.pieces(INPUT), "stem"), "down1", 0, config.blocks[0])
     scales = [one]
     for k in (2, 3):
@@ -44,8 +45,8 @@ def to_onnx(model: HeatmapModel) -> bytes:
     shape = graph.constant("state_shape", np.array([-1, len(STATES), n_joints], np.int64))
     graph.add("Reshape", [graph.linear(mean, weights, "state"), shape], "state")
     for name in ("heat", "depth"):
-        graph.output(name, n_joints, view.height // STRIDE, view.width // STRIDE)
-    graph.output("state", len(STATES), n_joints)
+        graph.output(name, "n", n_joints, view.height // STRIDE, view.width // STRIDE)
+    graph.output("state", "n", len(STATES), n_joints)
     calibration = np.where(np.isfinite(model.calibration), model.calibration, 0.0)
     about = {
         "config": json.dumps(to_json(config), sort_keys=True),
@@ -54,14 +55,14 @@ def to_onnx(model: HeatmapModel) -> bytes:
         "calibration": json.dumps(calibration.tolist()),
         "view": json.dumps(view._asdict()),
     }
-    return graph.finish(INPUT, (N_CHANNELS, view.height, view.width), about)
+    return graph.finish(about)
 
 
 class _Writer:
     """Writes the parts of `nets.heatmap.network.HeatmapNet`."""
 
     def __init__(self, model: HeatmapModel) -> None:
-        self.graph, self._model = Graph(), model
+        self.graph, self._model = LayerGraph(), model
 
     def pieces(self, source: str) -> str:
         """Squares of STRIDE x STRIDE pixels as channels, in torch's order: channel, row, column."""

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from forests.records import to_json
-from nets.graph import Graph
+from nets.layers import LayerGraph
 from nets.orientation.architectures import N_CHANNELS, TRUNKS
 from nets.orientation.config import POSTURES
 from nets.orientation.limits import LEAST_LOG_KAPPA, MOST_LOG_KAPPA, TINY
@@ -29,7 +29,8 @@ def to_onnx(model: OrientationModel) -> bytes:
     """
     config, weights = model.config, model.weights
     trunk = TRUNKS[config.region, config.architecture]
-    graph = Graph()
+    view, graph = config.view, LayerGraph()
+    graph.input(INPUT, "n", N_CHANNELS, view.height, view.width)
     maps = graph.trunk(INPUT, trunk, weights, "features")
     flat = graph.add("Flatten", [maps], axis=1)
     hidden = graph.add("Relu", [graph.linear(flat, weights, "hidden.2")])
@@ -49,14 +50,13 @@ def to_onnx(model: OrientationModel) -> bytes:
     told = graph.add("Clip", [graph.linear(hidden, weights, "concentration"), *ends])
     graph.add("Squeeze", [told, graph.constant("last", np.array([1], np.int64))], "log_concentration")
     graph.linear(hidden, weights, "auxiliary", "auxiliary")
-    graph.output("angle", config.n_angle)
-    graph.output("log_concentration")
-    graph.output("auxiliary", config.n_auxiliary)
-    view = config.view
+    graph.output("angle", "n", config.n_angle)
+    graph.output("log_concentration", "n")
+    graph.output("auxiliary", "n", config.n_auxiliary)
     about = {
         "config": json.dumps(to_json(config), sort_keys=True),
         "calibration": json.dumps(model.calibration._asdict()),
         "postures": json.dumps(POSTURES),
         "view": json.dumps(view._asdict()),
     }
-    return graph.finish(INPUT, (N_CHANNELS, view.height, view.width), about)
+    return graph.finish(about)

@@ -1,4 +1,4 @@
-"""undergrowth export and export-model: a corpus, or a trained net, in the formats that others read."""
+"""undergrowth export and export-model: a corpus, or a trained model, in the formats that others read."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -64,13 +64,24 @@ def _heatmap(path: Path) -> bytes:
     return to_onnx(load_model(path))
 
 
-EXPORTERS: Mapping[str, Callable[[Path], bytes]] = {"orientation": _orientation, "heatmap": _heatmap}
+def _forest(path: Path) -> bytes:
+    from forests.oarf.storage import load_model
+    from pipelines.export.forest.write import to_onnx
+
+    return to_onnx(load_model(path))
+
+
+EXPORTERS: Mapping[str, Callable[[Path], bytes]] = {
+    "orientation": _orientation,
+    "heatmap": _heatmap,
+    "oarf": _forest,
+}
 """What writes a model of a kind as an ONNX graph."""
 
 
 @dataclass(frozen=True)
 class ExportModelSettings:
-    """Writes a net as one file that runs without this program; needs undergrowth[nets].
+    """Writes a net or a regression forest as one file that runs without this program; needs undergrowth[nets].
 
     Attributes:
         model: File of the model.
@@ -91,6 +102,7 @@ class ExportModelSettings:
             UserError: The model cannot be used or exported, a library is missing, or the file exists.
         """
         from nets.runtime import MissingLibraryError
+        from pipelines.export.errors import UnexportableError
 
         out = self.model.with_suffix(f".{self.to}") if self.out is None else self.out
         check_place(out)
@@ -104,6 +116,8 @@ class ExportModelSettings:
             content = EXPORTERS[kind](self.model)
         except (MissingLibraryError, ModelFileError) as error:
             raise UserError(str(error)) from None
+        except UnexportableError as error:
+            raise UserError(f"{self.model} cannot be exported: {error}") from None
         write_atomically(out, content)
         log.info("%s: %.1f MB", out, len(content) / 1e6)
         return 0

@@ -155,14 +155,6 @@ def test_a_net_is_exported_once(trained, tmp_path, capsys):
     assert out.read_bytes() == content
 
 
-def test_a_forest_is_no_net(tmp_path, capsys):
-    from forests.modelfile import write_model
-
-    write_model(tmp_path / "m", "oarf", {}, {})
-    assert main(["export-model", str(tmp_path / "m")]) == 1
-    assert "holds a model of kind 'oarf'; models that can be exported: orientation, heatmap" in error_line(capsys)
-
-
 def test_a_truncated_net_is_refused(trained, toy_corpus, tmp_path, capsys):
     (tmp_path / "m").write_bytes(trained.read_bytes()[:-7])
     assert main(["evaluate", str(tmp_path / "m"), str(toy_corpus.path)]) == 1

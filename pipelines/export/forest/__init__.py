@@ -1,0 +1,1 @@
+"""Regression forests as graphs in the ONNX format, of standard operators alone."""
