@@ -44,6 +44,15 @@ class Samples(NamedTuple):
         return np.stack([(u - cx) * z / fx, (v - cy) * z / fy, z], axis=1).astype(np.float32)
 
 
+_NO_SAMPLES = Samples(
+    np.empty(0, np.int32),
+    np.empty(0, np.int16),
+    np.empty(0, np.int16),
+    np.empty(0, np.uint16),
+    np.empty(0, np.uint8),
+)
+
+
 class TrainingSet(NamedTuple):
     """What is learned from.
 
@@ -71,6 +80,8 @@ def gather(
 ) -> TrainingSet:
     """Reads every frame once, keeps its crop, and draws pixels from it.
 
+    `gather_some` does it for a part of the frames.
+
     A pixel's chance depends on (seed, frame, row, column) alone: the body's pixels that both layers show are
     drawn or left out in both. Hints tell of the composite; the body layer is learned without them.
 
@@ -88,19 +99,52 @@ def gather(
     Raises:
         ValueError: No frame shows anything, or hints of some frames alone.
     """
-    parts: list[Samples] = []
+    training = gather_some(
+        frames, layer, n_body_pixels, n_occluder_pixels, seed, 0, max_bytes_in_memory, folder, n_threads, on_frame
+    )
+    refuse_nothing(training.samples, len(frames), layer)
+    return training
+
+
+def refuse_nothing(samples: Samples, n_frames: int, layer: Layer) -> None:
+    """Makes sure that there is a pixel to learn from.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if len(samples.frame) == 0:
+        raise ValueError(f"none of the {n_frames} frames shows a labelled pixel in the {layer} layer")
+
+
+def gather_some(
+    frames: FrameSequence,
+    layer: Layer,
+    n_body_pixels: int,
+    n_occluder_pixels: int,
+    seed: int,
+    first: int,
+    max_bytes_in_memory: int = 2**31,
+    folder: Path | None = None,
+    n_threads: int = 1,
+    on_frame: Callable[[], object] = lambda: None,
+) -> TrainingSet:
+    """As `gather`, for the frames of a longer sequence from number `first` on; frames that show nothing are allowed.
+
+    Frames are numbered from 0 in what is given back; which pixels are drawn depends on their number in the sequence.
+    """
+    parts: list[Samples] = [_NO_SAMPLES]
     joints = np.empty((len(frames), frames.labels.n_joints, 3), np.float32)
     with CropWriter(max_bytes_in_memory, folder) as writer:
         for index, frame in enumerate(in_order(frames.__getitem__, len(frames), n_threads)):
             depth, label = image_of(frame, layer)
             origin = writer.add(depth, frame.camera, frame.hints if layer == "composite" else None)
             joints[index] = frame.joints
-            drawn = draw_pixels(label, frames.labels.n_parts, n_body_pixels, n_occluder_pixels, seed, index)
+            drawn = draw_pixels(
+                label, frames.labels.n_parts, n_body_pixels, n_occluder_pixels, seed, first + index
+            )
             parts.append(_samples_of(index, depth, label, origin, drawn))
             on_frame()
-        samples = Samples(*(np.concatenate(column) for column in zip(*parts, strict=True))) if parts else None
-        if samples is None or len(samples.frame) == 0:
-            raise ValueError(f"none of the {len(frames)} frames shows a labelled pixel in the {layer} layer")
+        samples = Samples(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         return TrainingSet(writer.finish(), samples, joints)
 
 

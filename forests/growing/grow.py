@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from forests.crops import Crops
 from forests.growing.buffers import Target
 from forests.growing.config import GrowthConfig
+from forests.growing.crew import Call, Crew
 from forests.growing.numbering import GrownTree, numbered
 from forests.growing.splitting import Rules
-from forests.growing.subtree import GrownNodes, grow_nodes
+from forests.growing.subtree import GrownNodes, grow_nodes, grow_subtree
 from forests.samples import Samples
 
 DIRECTION_ONE = 16384
@@ -40,6 +41,7 @@ def grow_class_tree(
     n_threads: int,
     on_samples: Callable[[int], object] = lambda n: None,
     offsets: NDArray[np.int16] | None = None,
+    crew: Crew | None = None,
 ) -> GrownTree:
     """Grows one tree by information gain on Shannon entropy (equations 2-4).
 
@@ -58,6 +60,7 @@ def grow_class_tree(
         on_samples: Called, from the calling thread, with the number of further samples that reached their leaf.
         offsets: (n, 3) int16, by whose summed squared deviation nodes of one class alone are split; None: they
             are leaves.
+        crew: Grows the subtrees in place of threads; the tree is the same.
 
     Raises:
         ValueError: No samples, or classes or offsets that do not fit them.
@@ -70,7 +73,7 @@ def grow_class_tree(
         raise ValueError(f"class {classes.max()} is not in 0..{n_classes - 1}")
     further = np.empty((0, 3), np.int16) if offsets is None else _vectors("offsets", offsets, len(classes))
     target = Target(np.ascontiguousarray(classes), n_classes, further)
-    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
+    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples, crew)
 
 
 def grow_direction_tree(
@@ -82,6 +85,7 @@ def grow_direction_tree(
     tree: int,
     n_threads: int,
     on_samples: Callable[[int], object] = lambda n: None,
+    crew: Crew | None = None,
 ) -> GrownTree:
     """Grows one tree by the fall of the summed squared deviation of unit directions.
 
@@ -94,12 +98,13 @@ def grow_direction_tree(
         tree: The tree's number.
         n_threads: Threads; the tree is the same for any number.
         on_samples: Called, from the calling thread, with the number of further samples that reached their leaf.
+        crew: Grows the subtrees in place of threads; the tree is the same.
 
     Raises:
         ValueError: No samples, or directions that do not fit them.
     """
     target = Target(np.empty(0, np.uint8), 0, _vectors("directions", directions, len(samples.frame)))
-    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples)
+    return _grow(crops, samples, target, config, seed, tree, n_threads, on_samples, crew)
 
 
 def _vectors(name: str, values: NDArray[np.int16], n: int) -> NDArray[np.int16]:
@@ -118,6 +123,7 @@ def _grow(
     tree: int,
     n_threads: int,
     on_samples: Callable[[int], object],
+    crew: Crew | None,
 ) -> GrownTree:
     n = len(samples.frame)
     if not 1 <= n < 2**31:
@@ -126,7 +132,36 @@ def _grow(
         raise ValueError(f"n_threads={n_threads} must be at least 1")
     if min(seed, tree) < 0:
         raise ValueError(f"seed={seed} and tree={tree} must be at least 0")
-    rules = Rules(
+    rules = _rules(crops, config, seed, tree)
+    order = np.arange(n, dtype=np.int32)
+    stop = np.zeros(1, np.bool_)
+
+    def run(task: _Task, call: Call | None) -> tuple[GrownNodes, list[_Task]]:
+        is_large = task.end - task.begin > SUBTREE_SAMPLES
+        if call is not None and not is_large:
+            return _grown_elsewhere(call, order, task, rules), []
+        max_nodes = 1 if is_large else 2**62
+        grown, further = grow_nodes(crops, samples, target, order, *task, max_nodes, rules, stop)
+        return grown, [_Task(*row) for row in further.tolist()]
+
+    root = _Task(1, 0, 0, n)
+    if crew is None:
+        parts = _run_tasks(lambda task: run(task, None), root, n_threads, stop, on_samples)
+    else:
+        with crew.sharing(crops, samples, target) as call:
+            parts = _run_tasks(lambda task: run(task, call), root, crew.n_calls, stop, on_samples)
+    return numbered(GrownNodes(*(np.concatenate(column) for column in zip(*parts, strict=True))), order)
+
+
+def _grown_elsewhere(call: Call, order: NDArray[np.int32], task: _Task, rules: Rules) -> GrownNodes:
+    """The subtree below a node, grown by another process."""
+    members = order[task.begin : task.end]
+    grown, members[:] = call(grow_subtree, task.node, task.depth, members.copy(), rules)
+    return GrownNodes(*grown)._replace(begin=grown.begin + task.begin, end=grown.end + task.begin)
+
+
+def _rules(crops: Crops, config: GrowthConfig, seed: int, tree: int) -> Rules:
+    return Rules(
         seed,
         tree,
         config.max_depth,
@@ -141,16 +176,6 @@ def _grow(
         int(crops.classes.max(initial=0)),
         crops.facts.shape[1],
     )
-    order = np.arange(n, dtype=np.int32)
-    stop = np.zeros(1, np.bool_)
-
-    def run(task: _Task) -> tuple[GrownNodes, list[_Task]]:
-        max_nodes = 1 if task.end - task.begin > SUBTREE_SAMPLES else 2**62
-        grown, further = grow_nodes(crops, samples, target, order, *task, max_nodes, rules, stop)
-        return grown, [_Task(*row) for row in further.tolist()]
-
-    parts = _run_tasks(run, _Task(1, 0, 0, n), n_threads, stop, on_samples)
-    return numbered(GrownNodes(*(np.concatenate(column) for column in zip(*parts, strict=True))), order)
 
 
 def _run_tasks(

@@ -101,6 +101,20 @@ def grow_nodes(
     return kept, todo[:n_todo].copy()
 
 
+def grow_subtree(
+    crops: Crops, samples: Samples, target: Target, node: int, depth: int, members: NDArray[np.int32], rules: Rules
+) -> tuple[GrownNodes, NDArray[np.int32]]:
+    """Grows the subtree below a node from its samples alone, wherever it is called.
+
+    Returns:
+        (the nodes, whose begin and end count in the members; the members in the order of the leaves).
+    """
+    order = members.copy()
+    stop = np.zeros(1, np.bool_)
+    grown, _ = grow_nodes(crops, samples, target, order, node, depth, 0, len(order), 2**62, rules, stop)
+    return grown, order
+
+
 @njit(cache=True, nogil=True)
 def _set_task(task: np.ndarray, number: int, depth: int, begin: int, end: int) -> None:
     task[0], task[1], task[2], task[3] = number, depth, begin, end

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from forests.frames import is_known
-from forests.growing import GrownTree
+from forests.growing import Call, Crew, GrownTree
 from forests.hashing import hash4, splitmix64
 from forests.modes import WeightedPoints, bell, find_modes, keep_heaviest
 from forests.oarf.packed import LeafTable
@@ -66,6 +67,14 @@ class LeafRules(NamedTuple):
     n_silent: int = 0
 
 
+class _Votes(NamedTuple):
+    """Votes, weights and facings of leaves, as `LeafTable` has them; no facings where headings are not learned."""
+
+    vote: NDArray[np.float32]
+    weight: NDArray[np.float32]
+    facing: NDArray[np.float32]
+
+
 def leaf_table(
     training: TrainingSet,
     classes: NDArray[np.uint8],
@@ -74,6 +83,7 @@ def leaf_table(
     n_threads: int = 1,
     on_leaves: Callable[[int], object] = lambda n: None,
     facing: NDArray[np.float32] | None = None,
+    crew: Crew | None = None,
 ) -> LeafTable:
     """Learns the leaves of a tree (equations 5 and 8).
 
@@ -96,6 +106,7 @@ def leaf_table(
         on_leaves: Told, from the calling thread, how many further leaves are done.
         facing: (n_frames, 2) float32, cosine and sine of people's headings, zeros where not known; None = votes
             do not learn which way people face.
+        crew: Learns the votes in place of threads; the table is the same.
 
     Raises:
         ValueError: A rule out of range, or classes that do not fit the tree.
@@ -103,19 +114,37 @@ def leaf_table(
     _check(classes, grown, rules, n_threads)
     n_leaves, n_layers = len(grown.leaf_start) - 1, 1 if rules.n_classes == rules.n_parts else 2
     shape = (n_leaves, n_layers, training.joints.shape[1], rules.n_leaf_votes)
-    vote, weight = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    shapes = (*shape, 3), shape, (*shape, 2) if facing is not None else (0, 0, 0, 0, 2)
+    out = _Votes(*(np.zeros(each, np.float32) for each in shapes))
     layers = (classes >= rules.n_parts).astype(np.uint8) + (classes >= rules.n_classes - rules.n_silent)
     seen = _seen(training, layers.astype(np.uint8), facing)
-    faced = np.zeros((*shape, 2) if facing is not None else (0, 0, 0, 0, 2), np.float32)
+    if crew is None:
+        _learn_votes(grown, rules, out, partial(_called, seen), n_threads, on_leaves)
+    else:
+        with crew.sharing(seen) as call:
+            _learn_votes(grown, rules, out, call, crew.n_calls, on_leaves)
+    shares = _class_shares(grown, classes, rules.n_classes)
+    return LeafTable(shares, out.vote, out.weight, None if facing is None else out.facing)
+
+
+def _learn_votes(
+    grown: GrownTree, rules: LeafRules, out: _Votes, call: Call, n_calls: int, on_leaves: Callable[[int], object]
+) -> None:
+    """Fills in the votes of all leaves, so many stretches of leaves at a time."""
+    n_leaves = len(grown.leaf_start) - 1
 
     def run(first: int) -> int:
         last = min(first + _TASK_LEAVES, n_leaves)
-        _cluster_leaves(seen, grown.leaf_start, grown.order, first, last, rules, vote, weight, faced)
+        start = grown.leaf_start[first : last + 1]
+        parts = [part[first:last] for part in out]
+        members, shapes = grown.order[start[0] : start[-1]], tuple(part.shape for part in parts)
+        for part, found in zip(
+            parts, call(_votes_of_leaves, start - start[0], members, first, rules, shapes), strict=True
+        ):
+            part[:] = found
         return last - first
 
-    _run_all(run, n_leaves, n_threads, on_leaves)
-    shares = _class_shares(grown, classes, rules.n_classes)
-    return LeafTable(shares, vote, weight, None if facing is None else faced)
+    _run_all(run, n_leaves, n_calls, on_leaves)
 
 
 def _run_all(run: Callable[[int], int], n_leaves: int, n_threads: int, on_leaves: Callable[[int], object]) -> None:
@@ -178,20 +207,39 @@ def _class_shares(grown: GrownTree, classes: NDArray[np.uint8], n_classes: int) 
     return share.astype(np.float32)
 
 
+def _called(seen: _Seen, function: Call, *arguments: object) -> Any:
+    return function(seen, *arguments)
+
+
+def _votes_of_leaves(
+    seen: _Seen,
+    leaf_start: NDArray[np.int64],
+    order: NDArray[np.int32],
+    first: int,
+    rules: LeafRules,
+    shapes: tuple[tuple[int, ...], ...],
+) -> _Votes:
+    """What leaves from number `first` on learn, from their samples alone."""
+    found = _Votes(*(np.zeros(shape, np.float32) for shape in shapes))
+    _cluster_leaves(seen, leaf_start, order, first, rules, *found)
+    return found
+
+
 @njit(cache=True, nogil=True)
 def _cluster_leaves(
-    seen: _Seen, leaf_start: np.ndarray, order: np.ndarray, first: int, last: int, rules: LeafRules,
+    seen: _Seen, leaf_start: np.ndarray, order: np.ndarray, first: int, rules: LeafRules,
     vote: np.ndarray, weight: np.ndarray, facing: np.ndarray,
 ) -> None:  # fmt: skip
-    """Writes votes, weights and, if they are learned, facings of the leaves first..last-1."""
+    """Writes votes, weights and, if they are learned, facings of the leaves first, first + 1, ... to rows from 0."""
     n_layers, n_joints = weight.shape[1], weight.shape[2]
     columns = np.empty(n_joints, np.int64)
     drawn = np.empty(rules.n_drawn, np.int32)
     x, y, z = np.empty(rules.n_drawn), np.empty(rules.n_drawn), np.empty(rules.n_drawn)
     ones = np.ones(rules.n_drawn)
     found = np.empty((min(rules.n_drawn, rules.n_starts), 5))
-    for leaf in range(first, last):
-        members = order[leaf_start[leaf] : leaf_start[leaf + 1]]
+    for row in range(len(leaf_start) - 1):
+        leaf = first + row
+        members = order[leaf_start[row] : leaf_start[row + 1]]
         _choose_columns(seen, members, columns)
         for layer in range(n_layers):
             column, n, share = -1, 0, 0.0
@@ -206,11 +254,11 @@ def _cluster_leaves(
                 n_found = find_modes(points, rules.bandwidth_m, rules.n_starts, found)
                 for k in range(n_found):
                     found[k, 3] *= share
-                votes, weights = vote[leaf, layer, joint], weight[leaf, layer, joint]
+                votes, weights = vote[row, layer, joint], weight[row, layer, joint]
                 keep_heaviest(found, n_found, votes, weights)
                 if len(facing) > 0:
                     _average_facings(
-                        seen, drawn, points, rules.bandwidth_m, votes, weights, facing[leaf, layer, joint]
+                        seen, drawn, points, rules.bandwidth_m, votes, weights, facing[row, layer, joint]
                     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, FrameSequence, FrameSubset, is_known
-from forests.growing import GrownTree, grow_class_tree
+from forests.growing import Crew, GrownTree, grow_class_tree
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.descend import leaves_of_samples
@@ -45,6 +45,7 @@ def train(
     n_threads: int = 1,
     checkpoint: TreeStore[ForestTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
+    crew: Crew | None = None,
 ) -> OARFModel:
     """Trains a regression forest (Rafi et al. 2015, section 3) and, if the config says so, whole skeletons.
 
@@ -62,6 +63,7 @@ def train(
         n_threads: Threads; the forest is the same to the byte for any number.
         checkpoint: Keeps finished trees.
         on_progress: Told the share of the work that is done, 0..1.
+        crew: Gathers pixels, grows subtrees and learns leaves, of the same frames; the forest is the same.
 
     Raises:
         ValueError: No frames, none that shows a person, none that knows a joint, or skeletons of frames with hints.
@@ -69,7 +71,7 @@ def train(
     if len(frames) == 0:
         raise ValueError("there are no training frames")
     share = 1.0 - _SKELETON_SHARE if config.learn_skeleton else 1.0
-    learner = _Learner(frames, config, n_threads, lambda done: on_progress(share * done))
+    learner = _Learner(frames, config, n_threads, lambda done: on_progress(share * done), crew)
     trees = tuple(_trees(learner, checkpoint))
     model = OARFModel(config, frames.labels, learner.classes, trees, untuned(frames.labels.n_joints))
     if validation is not None and len(validation):
@@ -87,9 +89,15 @@ class _Learner:
     """What trees are learned from: gathered when it is first asked for, since all trees may be finished."""
 
     def __init__(
-        self, frames: FrameSequence, config: OARFConfig, n_threads: int, on_share: Callable[[float], object]
+        self,
+        frames: FrameSequence,
+        config: OARFConfig,
+        n_threads: int,
+        on_share: Callable[[float], object],
+        crew: Crew | None,
     ) -> None:
         self.frames, self.config, self.n_threads, self.on_share = frames, config, n_threads, on_share
+        self.crew = crew
         self.classes = ClassTable.of(frames.labels, config.mode)
 
     @cached_property
@@ -97,7 +105,11 @@ class _Learner:
         """Pixels of all frames."""
         n_frames = len(self.frames)
         return _gathered(
-            self.frames, self.config, self.n_threads, lambda n: self.on_share(_GATHER_SHARE * n / n_frames)
+            self.frames,
+            self.config,
+            self.n_threads,
+            lambda n: self.on_share(_GATHER_SHARE * n / n_frames),
+            self.crew,
         )
 
     @cached_property
@@ -118,7 +130,9 @@ class _Learner:
             n_silent=self.classes.n_silent,
         )
         facing = facings_of(training.joints, self.frames.labels.joints) if config.learn_skeleton else None
-        return pack_leaves(leaf_table(training, self.wanted, grown, rules, self.n_threads, facing=facing))
+        return pack_leaves(
+            leaf_table(training, self.wanted, grown, rules, self.n_threads, facing=facing, crew=self.crew)
+        )
 
 
 def _trees(learner: _Learner, checkpoint: TreeStore[ForestTree] | None) -> Iterator[ForestTree]:
@@ -172,18 +186,25 @@ def _answers(model: OARFModel, n_threads: int, frames: FrameSequence, view: View
 
 
 def _gathered(
-    frames: FrameSequence, config: OARFConfig, n_threads: int, on_frames: Callable[[int], object]
+    frames: FrameSequence,
+    config: OARFConfig,
+    n_threads: int,
+    on_frames: Callable[[int], object],
+    crew: Crew | None,
 ) -> TrainingSet:
     n_read = 0
 
-    def count() -> None:
+    def count(n: int = 1) -> None:
         nonlocal n_read
-        n_read += 1
+        n_read += n
         on_frames(n_read)
 
     layer: Layer = "body" if config.mode == "baseline" else "composite"
     n_body, n_objects = config.pixels_a_frame(len(frames))
-    training = gather(frames, layer, n_body, n_objects, config.seed, n_threads=n_threads, on_frame=count)
+    if crew is None:
+        training = gather(frames, layer, n_body, n_objects, config.seed, n_threads=n_threads, on_frame=count)
+    else:
+        training = crew.gather(layer, n_body, n_objects, config.seed, count)
     if not is_known(training.joints).any():
         raise ValueError(f"none of the {len(frames)} frames knows a joint")
     return training
@@ -222,6 +243,7 @@ def _train_tree(learner: _Learner, tree: int, on_share: Callable[[float], object
         learner.n_threads,
         settle,
         to_body(learner.training) if len(learner.training.crops.classes) else None,
+        learner.crew,
     )
     leaves = learner.leaves_of(grown, tree)
     on_share(1.0)

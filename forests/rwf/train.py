@@ -12,7 +12,7 @@ from forests.boxes import upper_body_box
 from forests.crops import Crops, CropWriter
 from forests.estimate import JointEstimate
 from forests.frames import DepthFrame, FrameSequence, is_known
-from forests.growing import grow_direction_tree
+from forests.growing import Crew, grow_direction_tree
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.config import RWFConfig
 from forests.rwf.evidence import OUTCOMES, TERMS
@@ -57,6 +57,7 @@ def train(
     n_threads: int = 1,
     checkpoint: TreeStore[ExpertTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
+    crew: Crew | None = None,
 ) -> RWFModel:
     """Trains a random walk forest and, if the config says so, what makes one skeleton out of where its walks end.
 
@@ -69,18 +70,15 @@ def train(
         n_threads: Threads; the forest is the same to the byte for any number.
         checkpoint: Keeps finished trees, numbered joint * n_trees + tree; those of the halves follow.
         on_progress: Told the share of the work that is done, 0..1.
+        crew: Grows the subtrees in place of threads; the forest is the same.
 
     Raises:
         ValueError: No frames, or joints that they do not have.
     """
     share = 0.5 if config.learn_skeleton and len(frames) >= LEAST_FRAMES else 1.0
-    model = train_forest(
-        frames,
-        config,
-        validation=validation,
-        n_threads=n_threads,
-        checkpoint=checkpoint,
-        on_progress=lambda done: on_progress(share * done),
+    grow = partial(train_forest, n_threads=n_threads, crew=crew)
+    model = grow(
+        frames, config, validation=validation, checkpoint=checkpoint, on_progress=lambda x: on_progress(share * x)
     )
     if not config.learn_skeleton:
         return model
@@ -88,12 +86,11 @@ def train(
     def train_apart(others: FrameSequence, fold: int) -> Answering | None:
         halved = replace(model.config, joints=model.joints, seed=config.seed + FOLD_SEED + fold)
         store = ShiftedStore(checkpoint, len(model.joints) * config.n_trees * (1 + fold)) if checkpoint else None
-        part = train_forest(others, halved, n_threads=n_threads, checkpoint=store)
+        part = replace(grow(others, halved, checkpoint=store), weights=model.weights)
         if part.joints != model.joints:  # a half knows no place of a joint
             return None
         on_progress(share + (1.0 - share) * (fold + 1) / (N_FOLDS + 1))
-        told = replace(part, weights=model.weights)
-        return partial(_answers, replace(told, config=replace(halved, seed=config.seed), plan=model.plan))
+        return partial(_answers, replace(part, config=replace(halved, seed=config.seed), plan=model.plan))
 
     ask = partial(_answers, model)
     skeleton = learn_from_frames(model.joints, frames, validation, train_apart, ask, False, 1, config.seed)
@@ -122,6 +119,7 @@ def train_forest(
     n_threads: int = 1,
     checkpoint: TreeStore[ExpertTree] | None = None,
     on_progress: Callable[[float], object] = lambda share: None,
+    crew: Crew | None = None,
 ) -> RWFModel:
     """Trains a random walk forest, one expert a joint.
 
@@ -135,6 +133,7 @@ def train_forest(
         n_threads: Threads; the forest is the same to the byte for any number.
         checkpoint: Keeps finished trees, numbered joint * n_trees + tree.
         on_progress: Told the share of the work that is done, 0..1.
+        crew: Grows the subtrees in place of threads; the forest is the same.
 
     Raises:
         ValueError: No frames, or joints that they do not have.
@@ -148,12 +147,10 @@ def train_forest(
     n_all = len(names) * config.n_trees
     trees = []
     for number in range(n_all):
-        grown = checkpoint.load(number) if checkpoint else None
-        if grown is None:
-            grown = _train_tree(learned, config, number, parents, gates, n_threads)
-            if checkpoint:
-                checkpoint.save(number, grown)
-        trees.append(grown)
+        kept = checkpoint.load(number) if checkpoint else None
+        trees.append(kept or _train_tree(learned, config, number, parents, gates, n_threads, crew))
+        if checkpoint and kept is None:
+            checkpoint.save(number, trees[-1])
         on_progress(_READ_SHARE + (1.0 - _READ_SHARE - _TUNE_SHARE) * (number + 1) / n_all)
     experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(names)))
     plan = _untuned(config, names, parents, gates)
@@ -257,6 +254,7 @@ def _train_tree(
     parents: NDArray[np.int32],
     gates: NDArray[np.float32],
     n_threads: int,
+    crew: Crew | None,
 ) -> ExpertTree:
     """Trains tree `number` = joint * n_trees + tree of the joint."""
     joint = number // config.n_trees
@@ -275,7 +273,7 @@ def _train_tree(
     )
     targets = growth_targets(points.offsets, config.softness_m)
     grown = grow_direction_tree(
-        learned.crops, points.samples, targets, config.growth, config.seed, number, n_threads
+        learned.crops, points.samples, targets, config.growth, config.seed, number, n_threads, crew=crew
     )
     clusters = leaf_clusters(grown, points.offsets, config.n_clusters, config.cluster_bandwidth_m)
     return ExpertTree(grown.nodes, *clusters)

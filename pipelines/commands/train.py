@@ -1,5 +1,6 @@
 """undergrowth train KIND: a model of any kind out of one or more corpora."""
 
+import contextlib
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, make_dataclass, replace
@@ -12,10 +13,11 @@ from numpy.typing import NDArray
 
 from forests.calibration import WITHIN_M
 from forests.estimate import JointPredictor
+from forests.growing import Crew
 from forests.modelfile import read_model
 from forests.records import to_json
 from pipelines.corpus.header import software_versions
-from pipelines.corpus.joined import JoinedFrames, digests_of, frames_of, open_corpora, sensors_of
+from pipelines.corpus.joined import FrameChoice, JoinedFrames, digests_of, open_corpora
 from pipelines.corpus.read import Corpus
 from pipelines.corpus.rooms.views import PeopleFrames
 from pipelines.corpus.sequence import CorpusFrames
@@ -27,7 +29,6 @@ from pipelines.models.kinds import KINDS, ModelKind
 from pipelines.models.training import n_finished_trees, partial_folder, train_into
 from pipelines.progress import Progress
 from pipelines.settings import defaults_from
-from pipelines.spread import at_most
 from pipelines.targets import check_file
 from storage.ranges import MAX_FRAMES, MAX_THREADS, check_fields
 from synth.vocabulary import JointState
@@ -49,6 +50,8 @@ class TrainSettings:
             clean.
         max_frames: Use at most this many frames of each split of each corpus, evenly spread; 0 uses all.
         threads: Number of threads. The model does not depend on it.
+        scheduler: Dask scheduler whose workers read the frames and grow the trees: tcp://HOST:PORT, or local:N for N
+            workers of this machine. All must see the corpora and the model's folder. Needs undergrowth[cluster].
         overwrite: Replace an existing model, and delete unfinished trees that were trained with other settings.
     """
 
@@ -60,6 +63,7 @@ class TrainSettings:
     sensor: str | None = "random"
     max_frames: int = 0
     threads: int = 1
+    scheduler: str | None = None
     overwrite: bool = False
 
     def __post_init__(self) -> None:
@@ -84,7 +88,7 @@ class TrainSettings:
         rooms = [str(corpus.path) for corpus in corpora if corpus.header.has_rooms]
         if rooms and not self.kind.learns_rooms:
             raise UserError(f"a {self.kind.title} learns from frames of one person; {rooms[0]} holds whole scenes")
-        frames, validation = (self._frames(corpora, split) for split in ("train", "val"))
+        frames, validation = (self._choice(split).frames(corpora) for split in ("train", "val"))
         for line in (*_told(frames, validation, self.sensor), *_lacking(frames, self.kind, self.model)):
             log.info("%s", line)
         scores = self._train(corpora, frames, validation)
@@ -96,13 +100,25 @@ class TrainSettings:
         log.info("%s: %.1f MB", self.out, self.out.stat().st_size / 1e6)
         return 0
 
-    def _frames(self, corpora: Sequence[Corpus], split: str) -> JoinedFrames:
-        pairs = zip(corpora, sensors_of(corpora, self.sensor), strict=True)
-        return JoinedFrames(tuple(self._chosen(corpus, split, sensor) for corpus, sensor in pairs))
+    def _choice(self, split: str) -> FrameChoice:
+        return FrameChoice(self.corpora, split, self.sensor, self.max_frames)
 
-    def _chosen(self, corpus: Corpus, split: str, sensor: str | None) -> CorpusFrames | PeopleFrames:
-        numbers = corpus.split(split)
-        return frames_of(corpus, numbers[at_most(len(numbers), self.max_frames)], sensor)
+    @contextlib.contextmanager
+    def _crew(self) -> Iterator[Crew | None]:
+        """The workers of the scheduler, if one is given."""
+        if self.scheduler is None:
+            yield None
+            return
+        from pipelines.cluster.crew import ClusterCrew
+        from pipelines.engine.cluster import open_cluster
+
+        if self.kind.is_net:
+            raise UserError("nets are trained on one machine; leave --scheduler out")
+        with open_cluster(self.scheduler) as cluster:
+            folder = self.out.with_name(self.out.name + ".workers")
+            choice = replace(self._choice("train"), corpora=tuple(path.resolve() for path in self.corpora))
+            with ClusterCrew(cluster, folder.resolve(), choice) as crew:
+                yield crew
 
     def _train(
         self, corpora: Sequence[Corpus], frames: JoinedFrames, validation: JoinedFrames
@@ -125,7 +141,7 @@ class TrainSettings:
             return facts | {"n_frames": {"train": len(frames), "val": len(validation)}, "scores": scores}
 
         partial = partial_folder(self.out)
-        with Progress(name=f"train {self.kind.name}") as bar:
+        with self._crew() as crew, Progress(name=f"train {self.kind.name}") as bar:
             try:
                 train_into(
                     self.out,
@@ -139,6 +155,7 @@ class TrainSettings:
                     drops_others=self.overwrite,
                     on_resume=lambda n: log.info("continuing after %s in %s", self._pieces(n), partial),
                     on_share=bar.set_done,
+                    crew=crew,
                 )
             except KeyboardInterrupt:
                 kept = self._pieces(n_finished_trees(self.out))

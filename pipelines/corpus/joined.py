@@ -12,6 +12,7 @@ from pipelines.corpus.read import Corpus
 from pipelines.corpus.rooms.views import PeopleFrames, people_of
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.errors import CorpusError
+from pipelines.spread import at_most
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,39 @@ def frames_of(corpus: Corpus, numbers: NDArray[np.int64], sensor: str | None) ->
     if corpus.header.has_rooms:
         return PeopleFrames(corpus, people_of(corpus, numbers), sensor)
     return CorpusFrames(corpus, numbers, sensor)
+
+
+@dataclass(frozen=True)
+class FrameChoice:
+    """Which frames of which corpora are learned from, in words that any process can follow.
+
+    Attributes:
+        corpora: Folders of the corpora.
+        split: The split.
+        sensor: Sensor model for generated frames; None = clean.
+        max_frames: At most so many frames of each corpus, evenly spread; 0 = all.
+    """
+
+    corpora: tuple[Path, ...]
+    split: str
+    sensor: str | None = None
+    max_frames: int = 0
+
+    def frames(self, opened: Sequence[Corpus] | None = None) -> JoinedFrames:
+        """The frames.
+
+        Args:
+            opened: The corpora, if they are open already.
+
+        Raises:
+            CorpusError: A corpus cannot be opened, or the sensor is not for it.
+        """
+        corpora = open_corpora(self.corpora) if opened is None else opened
+        parts = []
+        for corpus, sensor in zip(corpora, sensors_of(corpora, self.sensor), strict=True):
+            numbers = corpus.split(self.split)
+            parts.append(frames_of(corpus, numbers[at_most(len(numbers), self.max_frames)], sensor))
+        return JoinedFrames(tuple(parts))
 
 
 def digests_of(corpora: Sequence[Corpus]) -> str | list[str]:

@@ -5,7 +5,7 @@ import logging
 import time
 import uuid
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from pipelines.engine.dealing import IN_FLIGHT, Dealer
 from pipelines.errors import UserError, in_words
@@ -138,6 +138,26 @@ class Cluster:
                     yield number, _result(future)
         finally:
             hand.drop()
+
+    def call(self, task: Callable[..., T], *arguments: object, name: str) -> T:
+        """Runs a task on any worker and waits for what it gives; several threads may call at a time.
+
+        Args:
+            task: What to do; can be pickled, and may be run twice.
+            arguments: Of the task.
+            name: Of the work, as the dashboard shows it.
+
+        Raises:
+            UserError: The task failed, or scheduler or workers are gone.
+        """
+        import distributed
+
+        future = self._client.submit(Called(task), *arguments, key=f"{name}-{uuid.uuid4().hex}")
+        while not (future.done() or future.status == "lost"):
+            with contextlib.suppress(TimeoutError):
+                distributed.wait([future], timeout=1.0)
+            self.wait_for_workers()
+        return cast("T", _result(future))
 
 
 class _Hand(Generic[T]):

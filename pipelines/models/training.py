@@ -1,5 +1,6 @@
 """Trains a model of any kind into a file; finished trees lie beside it until it is there."""
 
+import functools
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -7,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from forests.frames import FrameSequence
+from forests.growing import Crew
 from pipelines.models.checkpoints import TREE_FILES, TreeFolder, open_trees
-from pipelines.models.kinds import ModelConfig, ModelKind
+from pipelines.models.kinds import ModelConfig, ModelKind, Tools
 
 
 def train_into(
@@ -24,6 +26,7 @@ def train_into(
     drops_others: bool = False,
     on_resume: Callable[[int], object] = lambda n_trees: None,
     on_share: Callable[[float], object] = lambda share: None,
+    crew: Crew | None = None,
 ) -> None:
     """Trains a model and writes its file. Interrupted, it goes on after the last finished tree when called again.
 
@@ -39,25 +42,28 @@ def train_into(
         drops_others: Remove trees of another identity instead of refusing.
         on_resume: Told how many finished trees are used again, if any are.
         on_share: Told the share of the work that is done, 0..1.
+        crew: Does a part of the work on other machines, for kinds that are no nets; the model does not depend on it.
 
     Raises:
         UserError: Trees of another identity, or another process trains into the same file.
         ValueError: Frames that nothing can be learned from.
     """
     tools = kind.tools()
-
-    def unpack(arrays: dict[str, np.ndarray]) -> Any:
-        return tools.unpack_tree(arrays, frames.labels, config)
-
+    unpack = functools.partial(_unpacked, tools, frames, config)
     store: TreeFolder[Any] = TreeFolder(partial_folder(path), identity, tools.pack_tree, unpack, f"{kind.piece}s")
     with open_trees(store, drops_others):
         if store.n_trees:
             on_resume(store.n_trees)
-        model = tools.train(
+        train = tools.train if crew is None else functools.partial(tools.train, crew=crew)
+        model = train(
             frames, config, validation=validation, n_threads=n_threads, checkpoint=store, on_progress=on_share
         )
         tools.save(path, model, metadata(model))
         store.clear()
+
+
+def _unpacked(tools: Tools, frames: FrameSequence, config: ModelConfig, arrays: dict[str, np.ndarray]) -> Any:
+    return tools.unpack_tree(arrays, frames.labels, config)
 
 
 def partial_folder(path: Path) -> Path:

@@ -21,7 +21,7 @@ def test_help_lists_the_commands(capsys):
 
 def test_an_unknown_command_lists_the_known(capsys):
     assert main(["generat"]) == 2
-    assert "known are demo, generate, inspect" in error_line(capsys)
+    assert "known are demo, generate, join, inspect" in error_line(capsys)
 
 
 @pytest.mark.parametrize("command", ["inspect", "verify"])

@@ -95,7 +95,7 @@ def test_a_full_disk_on_a_worker_is_one_sentence_and_the_run_can_go_on(cluster, 
 
 def test_workers_that_draw_other_bytes_are_refused(cluster, tmp_path):
     order = Order(3, 200, {"toy": True}, functools.partial(OtherSource, os.getpid()))
-    with pytest.raises(UserError, match=r"the worker tcp://\S+ \(processor .*\) draws other bytes"):
+    with pytest.raises(UserError, match=r"the worker tcp://\S+ \(processor .*\) gives other bytes"):
         write_corpus(tmp_path / "c", order, runner=shards_on(cluster))
 
 

@@ -172,7 +172,10 @@ def test_values_out_of_range_end_with_code_2(toy_corpus, tmp_path, capsys, words
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("frames = 3", "unknown key 'frames'; known are sensor, max_frames, threads, overwrite, forest"),
+        (
+            "frames = 3",
+            "unknown key 'frames'; known are sensor, max_frames, threads, scheduler, overwrite, forest",
+        ),
         ("[forest]\nn_tree = 3", ".forest has an unknown key 'n_tree'; known are mode, n_trees"),
         ("forest = 3", ".forest=3 must be a table, not int"),
         ("[forest.growth]\nmax_depth = 99", "max_depth=99"),
