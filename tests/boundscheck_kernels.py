@@ -27,11 +27,18 @@ from forests.rwf.tables import walk_tables
 from forests.rwf.walk import walk_skeleton
 from forests.samples import Samples, TrainingSet, draw_pixels
 from forests.skeleton.answers import edges_of
+from synth.bodies.body import Pose
+from synth.bodies.poses.landmarks import landmarks_of
+from synth.bodies.rig.collision import excess_depth
+from synth.bodies.rig.skinning import lowest_before, pose_skin
+from synth.bodies.shape.make import make_body
+from synth.bodies.spec import sample_body
 from synth.camera import Camera
-from synth.geometry import LabelledMesh, translation
+from synth.geometry import LabelledMesh, extent, thinned, translation, within
 from synth.occluders.model import BOX, Solids
-from synth.occluders.solids.distance import nearest_point
+from synth.occluders.solids.distance import is_any_nearer, nearest_point, place
 from synth.render.rasterize import Renderer
+from synth.scene.room.occupancy import Occupancy, footprint
 
 CAMERA = Intrinsics(40.0, 40.0, 15.5, 11.5)
 LABELS = LabelTable(("upper", "lower"), ("box",), ("neck", "hand"))
@@ -110,8 +117,8 @@ def walk() -> None:
         edges_of(depth.shape, CAMERA),
     )
     intrinsics = np.float32([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
-    for place in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
-        walk_skeleton(depth, intrinsics, tables, plan, np.float32(place), 0, edges, ends, said)
+    for start in ((0.1, 0.1, 2.0), (-9.0, 9.0, 0.5)):
+        walk_skeleton(depth, intrinsics, tables, plan, np.float32(start), 0, edges, ends, said)
         assert np.isfinite(ends[:, 0]).all()
 
 
@@ -133,6 +140,32 @@ def nearest() -> None:
     solids = Solids(np.uint8([BOX]), np.eye(4)[None], np.array([[1.0, 1.0, 1.0]]))
     distance, _ = nearest_point(solids, translation(0.0, 0.0, 1.0), np.random.default_rng(0).normal(size=(50, 3)))
     assert np.isfinite(distance)
+    points = np.random.default_rng(1).normal(size=(50, 3))
+    placed = place(solids, translation(0.0, 0.0, 1.0))
+    assert is_any_nearer(placed, points, 0.1)
+    assert not is_any_nearer(placed, points, -2.0)
+
+
+def spread() -> None:
+    """Points in boxes and cells, on floor inside a grid and beyond its borders."""
+    points = np.random.default_rng(2).normal(size=(60, 3))
+    low, high = extent(points)
+    assert len(within(points, low, high)) == len(points)
+    assert len(thinned(points, 0.5)) < len(points)
+    floor = Occupancy(2.0, 1.0)
+    floor.take(footprint(points)[:9], 0.2)
+    for point in points:
+        floor.is_free(point[None, :2])
+
+
+def body() -> None:
+    """A skin, its profiles and landmarks, all of it posed and some."""
+    person = make_body(sample_body(np.random.default_rng(0)))
+    marks = landmarks_of(person)
+    links, skin = pose_skin(person, person.bind_angles, np.eye(4))
+    _, foot = pose_skin(person, person.bind_angles, np.eye(4), marks.side["l"].foot)
+    assert lowest_before(foot, np.inf) >= lowest_before(skin, np.inf)
+    assert excess_depth(person, Pose(person.bind_angles, links[0])) <= 0.0
 
 
 def find() -> None:
@@ -168,6 +201,6 @@ def read_out_of_range() -> None:
 
 
 if __name__ == "__main__":
-    for kernels in (predict, predict_told, walk, render, nearest, find, read_out_of_range):
+    for kernels in (predict, predict_told, walk, render, nearest, spread, body, find, read_out_of_range):
         kernels()
         print(kernels.__name__)  # noqa: T201

@@ -26,6 +26,8 @@ def test_kernels_stay_within_their_arrays(tmp_path):
         "walk",
         "render",
         "nearest",
+        "spread",
+        "body",
         "find",
         "read_out_of_range",
     ]
