@@ -51,7 +51,7 @@ def start(*words):
     )  # fmt: skip
 
 
-def run_killed(words, left, rng):
+def run_killed(words, left, every_s, rng):
     """Runs a command until it ends well, killing meanwhile; `left` counts down, by "workers" and "schedulers"."""
     n_runs = 0
     while True:
@@ -63,7 +63,7 @@ def run_killed(words, left, rng):
             )  # fmt: skip
             while command.poll() is None:
                 with contextlib.suppress(subprocess.TimeoutExpired):
-                    command.wait(rng.uniform(2.0, 7.0))
+                    command.wait(every_s * rng.uniform(0.5, 1.5))
                     break
                 kinds = [kind for kind, n in left.items() for _ in range(n)]
                 if kinds:
@@ -86,6 +86,7 @@ def main():
     parser.add_argument("--schedulers-killed", type=int, default=10)
     parser.add_argument("--frames", type=int, default=640)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--every-s", type=float, default=4.0, help="mean time between kills")
     parser.add_argument("--limit-s", type=float, default=1e9, help="begin no further round after so long")
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
@@ -112,7 +113,9 @@ def main():
             for case, words in cases.items():
                 before = dict(left)
                 out = folder / f"{case}-{n_rounds}"
-                n_runs = run_killed([out if word == "OUT" else word for word in words], left, rng)
+                n_runs = run_killed(
+                    [out if word == "OUT" else word for word in words], left, arguments.every_s, rng
+                )
                 is_same = digest(out) == expected[case]
                 killed = ", ".join(f"{before[kind] - left[kind]} {kind}" for kind in left)
                 rest = sorted(item.name for item in folder.iterdir() if item.name.startswith(out.name + "."))

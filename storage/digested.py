@@ -6,6 +6,7 @@ Trained models, pose libraries and object libraries are such files; a `DigestedF
 import contextlib
 import hashlib
 import json
+import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ import safetensors.numpy
 from numpy.typing import NDArray
 
 from storage.atomic import write_atomically
+from storage.remote import get, url_of
 
 _KEY = "undergrowth"
 """Of the one metadata entry: safetensors writes several in no fixed order."""
@@ -125,7 +127,7 @@ def read_digested(path: Path, form: DigestedFormat, kind: str | None = None, is_
     """Reads a digested file; a foreign one of any size is refused by its header, before it is read.
 
     Args:
-        path: The file.
+        path: The file, or its URL.
         form: Its format.
         kind: The sort that is wanted; None takes any.
         is_mapped: Leave the arrays in the file and let the system read their pages as they are asked for; they can
@@ -135,6 +137,8 @@ def read_digested(path: Path, form: DigestedFormat, kind: str | None = None, is_
         ValueError: The format's error: no such file, no safetensors file, truncated, damaged, another program's,
             another version or kind.
     """
+    if (url := url_of(path)) is not None:
+        return _read_url(url, form, kind)
     with _told_as(path, form):
         document = _read_document(path, form)
         _refuse_others(path, form, document, kind)
@@ -159,6 +163,8 @@ def read_kind(path: Path, form: DigestedFormat) -> str:
     Raises:
         ValueError: The format's error, as for `read_digested`.
     """
+    if url_of(path) is not None:
+        return read_digested(path, form).kind
     with _told_as(path, form):
         document = _read_document(path, form)
         _refuse_others(path, form, document, None)
@@ -174,6 +180,17 @@ def _told_as(path: Path, form: DigestedFormat) -> Iterator[None]:
         raise form.error(f"there is no {form.noun} {path}") from None
     except IsADirectoryError:
         raise form.error(f"{path} is a folder, not a {form.noun}") from None
+
+
+def _read_url(url: str, form: DigestedFormat, kind: str | None) -> Contents:
+    """Reads a digested file at a URL, by way of a temporary one."""
+    with tempfile.TemporaryDirectory(prefix="undergrowth-") as folder:
+        path = Path(folder) / url.rsplit("/", 1)[-1]
+        try:
+            path.write_bytes(get(url))
+        except OSError as error:
+            raise form.error(f"the {form.noun} {url} cannot be read: {error.strerror}") from None
+        return read_digested(path, form, kind)
 
 
 def _read_document(path: Path, form: DigestedFormat) -> dict[str, Any]:

@@ -59,7 +59,7 @@ def test_a_lock_names_no_index(lock):
 
 
 def test_these_alone_are_extras():
-    assert set(PROJECT["optional-dependencies"]) == {"cluster", "gl", "nets", "online", "viewer"}
+    assert set(PROJECT["optional-dependencies"]) == {"cluster", "gl", "nets", "online", "remote", "viewer"}
 
 
 def test_the_installed_command_is_the_front_door():

@@ -13,9 +13,10 @@ from pipelines.errors import UserError
 from pipelines.generation.composed import ComposedFrames, composed_order
 from pipelines.generation.drawn import Source, drawn_order, whole_frames
 from pipelines.generation.libraries import LibraryUse
-from pipelines.generation.writing import write_shown
+from pipelines.generation.writing import put_shown, write_shown
 from pipelines.settings import defaults_from
 from storage.ranges import MAX_FRAMES, MAX_SEED, MAX_THREADS, check_fields
+from storage.remote import url_of
 from synth.scene import SceneConfig
 from synth.scene.composed import ComposeConfig
 
@@ -35,7 +36,7 @@ class GenerateSettings:
     """Makes a corpus of labelled depth frames. If it is interrupted, the same command continues where it stopped.
 
     Attributes:
-        out: Folder of the corpus: new, empty, or begun with the same settings.
+        out: Folder of the corpus: new, empty, or begun with the same settings. Or a URL, such as s3://bucket/corpus.
         config: TOML file with any of these settings. Settings given on the command line override it.
         frames: Number of frames. The default is 1000 (rounded up to whole clips and
             views), or with --into the number of recorded frames.
@@ -88,6 +89,8 @@ class GenerateSettings:
         """Generates the corpus."""
         order = self.order()
         log.info("renderer: %s", order.make_source().description)
+        if (url := url_of(self.out)) is not None:
+            return self._put(url, order)
         shards = None if self.only_shards is None else _range_of(self.only_shards)
         if self.scheduler is None:
             write_shown(self.out, order, self.workers, shards=shards)
@@ -95,6 +98,20 @@ class GenerateSettings:
             self._run_on_cluster(self.scheduler, order, shards)
         what = "" if self.only_shards is None else f"the shards {self.only_shards} of "
         log.info("%s%d frames in %s", what, order.n_frames, self.out)
+        return 0
+
+    def _put(self, url: str, order: Order) -> int:
+        if self.workers > 1 or self.only_shards is not None:
+            raise UserError("with a URL, give --scheduler local:N in place of --workers, and no --only-shards")
+        if self.scheduler is None:
+            put_shown(url, order)
+        else:
+            from pipelines.cluster.shards import puts_on
+            from pipelines.engine.cluster import open_cluster
+
+            with open_cluster(self.scheduler) as cluster:
+                put_shown(url, order, puts_on(cluster))
+        log.info("%d frames in %s", order.n_frames, url)
         return 0
 
     def _run_on_cluster(self, scheduler: str, order: Order, shards: range | None) -> None:

@@ -31,6 +31,7 @@ from pipelines.progress import Progress
 from pipelines.settings import defaults_from
 from pipelines.targets import check_file
 from storage.ranges import MAX_FRAMES, MAX_THREADS, check_fields
+from storage.remote import url_of
 from synth.vocabulary import JointState
 
 log = logging.getLogger(__name__)
@@ -116,7 +117,9 @@ class TrainSettings:
             raise UserError("nets are trained on one machine; leave --scheduler out")
         with open_cluster(self.scheduler) as cluster:
             folder = self.out.with_name(self.out.name + ".workers")
-            choice = replace(self._choice("train"), corpora=tuple(path.resolve() for path in self.corpora))
+            choice = replace(
+                self._choice("train"), corpora=tuple(p if url_of(p) else p.resolve() for p in self.corpora)
+            )
             with ClusterCrew(cluster, folder.resolve(), choice) as crew:
                 yield crew
 

@@ -13,7 +13,7 @@ from pipelines.corpus.manifest import ShardLine
 from pipelines.corpus.read import Corpus
 from pipelines.corpus.rooms.laws import broken_room_laws
 from pipelines.corpus.rooms.together import scene_faults
-from pipelines.corpus.write import ZARR_NAME, shard_files
+from pipelines.corpus.write import ZARR_NAME
 from pipelines.errors import CorpusError
 from synth.vocabulary import SPLITS
 
@@ -47,6 +47,8 @@ def _scene_faults(corpus: Corpus) -> Iterator[str]:
 
 
 def _metadata_faults(corpus: Corpus) -> Iterator[str]:
+    if corpus.url is not None:
+        return  # zarr's own; nothing here reads them
     root = corpus.path / ZARR_NAME
     expected = {root / "zarr.json": shards.group_metadata()}
     for item in corpus.header.fields.values():
@@ -58,7 +60,7 @@ def _metadata_faults(corpus: Corpus) -> Iterator[str]:
 
 def shard_faults(corpus: Corpus, line: ShardLine) -> Iterator[str]:
     """Files of a shard whose bytes are not those of the manifest, with the frames that are hit."""
-    for name, path in shard_files(corpus.path, corpus.header, line.shard).items():
+    for name, path in corpus.files(line.shard).items():
         frames = f"frames {line.first}..{line.first + line.n_frames - 1}"
         if not path.is_file():
             yield f"shard {line.shard} ({frames}): {path} is missing"

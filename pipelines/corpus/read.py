@@ -1,7 +1,7 @@
 """Reads a corpus: frames, arrays of one field, splits, with a sensor's noise on the depth if asked."""
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,8 +14,10 @@ from pipelines.corpus.fields import SHARD_FRAMES
 from pipelines.corpus.frameinfo import parse_info, parse_room_info, read_lines
 from pipelines.corpus.header import HEADER_NAME, Header, read_header
 from pipelines.corpus.manifest import MANIFEST_NAME, ShardLine, read_manifest
+from pipelines.corpus.remote.mirror import MirroredFiles, mirror
 from pipelines.corpus.write import shard_files
 from pipelines.errors import CorpusError
+from storage.remote import url_of
 from synth.camera import Camera
 from synth.frame import Frame, FrameInfo, RoomFrame, RoomInfo
 from synth.vocabulary import SPLITS, JointState
@@ -28,19 +30,21 @@ class Corpus:
     """A corpus on disk, read frame by frame or field by field.
 
     Attributes:
-        path: The folder.
+        path: The folder; of a corpus at a URL, that of its files on this machine.
+        url: Where the corpus is; None if it is the folder.
         header: What corpus.json says.
         indices: (n,) int64, the frame numbers that are there, rising.
     """
 
-    def __init__(self, path: Path, header: Header, lines: dict[int, ShardLine]) -> None:
+    def __init__(self, path: Path, header: Header, lines: dict[int, ShardLine], url: str | None = None) -> None:
         self.path = path
+        self.url = url
         self.header = header
         self.lines = lines
         numbers = [np.asarray(header.frames_of(shard), dtype=np.int64) for shard in sorted(lines)]
         self.indices: NDArray[np.int64] = np.concatenate([np.empty(0, np.int64), *numbers])
         self._lines_of = lru_cache(maxsize=64)(self._read_lines)
-        self._paths = lru_cache(maxsize=64)(self._paths_of)
+        self.files = lru_cache(maxsize=64)(self._files_of)
         self._plain = lru_cache(maxsize=4 * len(header.fields))(shards.read_plain)
 
     @classmethod
@@ -48,21 +52,22 @@ class Corpus:
         """Opens a corpus folder.
 
         Args:
-            path: The folder that `undergrowth generate` wrote.
+            path: The folder that `undergrowth generate` wrote, or the URL.
             allow_incomplete: Take the frames of an unfinished corpus that are there.
 
         Raises:
             CorpusError: No corpus, another schema version, a damaged header or manifest, unfinished, or splits
                 that share a subject, an object or a pose.
         """
-        root = Path(path)
+        url = url_of(path)
+        root = Path(path) if url is None else mirror(url)
         header = read_header(root)
         lines = read_manifest(root, header)
         if len(lines) < header.n_shards and not allow_incomplete:
             n_done = sum(line.n_frames for line in lines.values())
             raise CorpusError(f"{root} is unfinished: {n_done} of {header.n_frames} frames exist")
         check_splits(root, lines)
-        return cls(root, header, lines)
+        return cls(root, header, lines, url)
 
     def __len__(self) -> int:
         """Frames that are there."""
@@ -74,7 +79,7 @@ class Corpus:
 
     def __reduce__(self) -> tuple:
         """Travels between processes as its path; reopened there."""
-        return _reopened, (self.path, self.header, self.lines)
+        return Corpus, (self.path, self.header, self.lines, self.url)
 
     @property
     def digest(self) -> str:
@@ -247,7 +252,7 @@ class Corpus:
             for row in rows:
                 self._checked(int(numbers[row]))
             slots = (numbers[rows] - shard * SHARD_FRAMES).tolist()
-            path = self._paths(shard)[name]
+            path = self.files(shard)[name]
             if item.is_image:
                 out[rows] = shards.read_maps(path, item, slots, shard * SHARD_FRAMES)
             else:
@@ -258,11 +263,13 @@ class Corpus:
             out[is_unknown & ~out.any(axis=-1)] = np.nan
         return out
 
-    def _paths_of(self, shard: int) -> dict[str, Path]:
-        return shard_files(self.path, self.header, shard)
+    def _files_of(self, shard: int) -> Mapping[str, Path]:
+        """Files of a shard by array name, "info" last."""
+        paths = shard_files(self.path, self.header, shard)
+        return paths if self.url is None else MirroredFiles(self.url, self.path, paths, self.lines[shard])
 
     def _read_lines(self, shard: int) -> list[str]:
-        return read_lines(self._paths(shard)["info"], len(self.header.frames_of(shard)))
+        return read_lines(self.files(shard)["info"], len(self.header.frames_of(shard)))
 
     def _record(self, index: int) -> tuple[FrameInfo | RoomInfo, str]:
         number = self._checked(index)
@@ -284,10 +291,6 @@ class Corpus:
         self.check_sensor(sensor)
         rng = np.random.default_rng([self.header.seed, index, _SENSOR_STREAM])
         return apply_sensor(sensor, depth, self.camera(index), rng)
-
-
-def _reopened(path: Path, header: Header, lines: dict[int, ShardLine]) -> "Corpus":
-    return Corpus(path, header, lines)
 
 
 def check_splits(root: Path, lines: dict[int, ShardLine]) -> None:

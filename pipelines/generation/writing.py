@@ -4,6 +4,7 @@ from pathlib import Path
 
 from pipelines.corpus import Corpus, Order, write_corpus
 from pipelines.corpus.fields import SHARD_FRAMES
+from pipelines.corpus.remote.writing import RemoteRunner, write_remote_corpus
 from pipelines.corpus.run import Runner, write_shards
 from pipelines.generation.drawn import drawn_order
 from pipelines.progress import Progress
@@ -30,6 +31,18 @@ def write_shown(
             write_corpus(out, order, workers, bar.set_done, runner)
         else:
             write_shards(out, order, shards, workers, bar.set_done, runner)
+
+
+def put_shown(url: str, order: Order, runner: RemoteRunner | None = None) -> None:
+    """Writes a corpus to a URL and shows the progress.
+
+    Args:
+        url: Where.
+        order: What to make.
+        runner: Makes and puts the shards in place of this process.
+    """
+    with Progress(order.n_frames, "frame", "generate") as bar:
+        write_remote_corpus(url, order, bar.set_done, runner)
 
 
 def generate_corpus(

@@ -14,8 +14,10 @@ from toy_source import ToySource
 
 from pipelines.cli import main
 from pipelines.cluster.likeness import Likeness, refuse_unlike
-from pipelines.cluster.shards import shards_on
-from pipelines.corpus import Order, write_corpus
+from pipelines.cluster.shards import puts_on, shards_on
+from pipelines.corpus import Corpus, Order, write_corpus
+from pipelines.corpus.faults import faults
+from pipelines.corpus.remote.writing import write_remote_corpus
 from pipelines.engine import cluster as engine
 from pipelines.errors import UserError
 
@@ -54,6 +56,15 @@ def test_two_workers_give_the_bytes_of_none(cluster, order, toy_corpus, tmp_path
     assert bytes_of(tmp_path / "c") == bytes_of(toy_corpus.path)
     assert told[0] == (0, 0)
     assert told[-1] == (200, 0)
+
+
+def test_workers_put_a_corpus_to_a_url_without_a_common_folder(cluster, bucket, order, toy_corpus):
+    if bucket is None:
+        pytest.skip("moto or s3fs is not installed")
+    write_remote_corpus(f"{bucket}/c", order(), runner=puts_on(cluster))
+    corpus = Corpus.open(f"{bucket}/c")
+    assert corpus.digest == toy_corpus.digest
+    assert list(faults(corpus)) == []
 
 
 def test_a_run_goes_on_with_the_shards_that_are_missing(cluster, order, toy_corpus, tmp_path, bytes_of):
