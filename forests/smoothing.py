@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 _FARTHEST_SIGMAS = 3.0
 """An estimate farther from the forecast than this counts as if it were so much noisier."""
 _LEAST_CONFIDENCE = 1e-3
+FORGOTTEN_S = 0.5
+"""A joint, or a person, that was not found for so long is not guessed at any more [s]."""
 
 
 @dataclass(frozen=True)
@@ -115,3 +117,31 @@ class SkeletonSmoother:
         self._covariance[is_new] = 0.0
         self._covariance[is_new, 0, 0] = noise[is_new]
         self._covariance[is_new, 1, 1] = self.config.speed**2
+
+
+class PersonSmoother:
+    """Smooths the joints of one person, and guesses at nothing that was not found for `FORGOTTEN_S`."""
+
+    def __init__(self, config: SmoothingConfig = SmoothingConfig()) -> None:
+        self._smoother = SkeletonSmoother(config)
+        self._unseen: NDArray[np.float64] = np.empty(0)
+
+    def update(self, joints: ArrayLike, probability: ArrayLike, seconds: float) -> NDArray[np.float32]:
+        """Takes estimates and gives smoothed ones.
+
+        Args:
+            joints: (n_joints, 3) [m]; NaN = not found: the joint goes on as it moved, for a while.
+            probability: (n_joints,) that an estimate is right; NaN = not told, which counts as 1.
+            seconds: Since the last estimates [s]; where none were for long, or time has jumped back, all begins anew.
+
+        Returns:
+            (n_joints, 3) float32 [m]; NaN = not known.
+        """
+        found = np.asarray(joints, np.float64)
+        if not 0.0 < seconds <= FORGOTTEN_S or len(self._unseen) != len(found):
+            self._smoother.reset()
+            self._unseen = np.full(len(found), np.inf)
+        places = self._smoother.update(found, np.nan_to_num(np.asarray(probability), nan=1.0), seconds)
+        self._unseen = np.where(np.isfinite(found).all(axis=1), 0.0, self._unseen + seconds)
+        places[self._unseen > FORGOTTEN_S] = np.nan
+        return places

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from forests.finder.find import FoundPerson, PeopleFinder
 from forests.finder.floor import Floor, FloorPrior, NoFloorError, find_floor
-from pipelines.online.messages import CameraFrame, Detection, Detections
+from pipelines.online.messages import NS, CameraFrame, Detection, Detections
 
 FLOOR, LEVEL = "floor", "level"
 """Frames of reference where the image tells none: under the camera, on the floor that was found; in the camera, where
@@ -28,12 +28,14 @@ class DetectorSettings:
         check_every: Images between two looks at where the floor is, for a camera whose pose is not told.
         moved_rad: A floor whose tilt differs by more, twice in a row, tells that the camera has moved [rad].
         moved_m: The same for its height [m].
+        gap_s: After so long without an image the camera may stand anywhere: the floor is found anew [s].
     """
 
     score: float = -0.5
     check_every: int = 30
     moved_rad: float = 0.05
     moved_m: float = 0.08
+    gap_s: float = 5.0
 
 
 class Seen(NamedTuple):
@@ -81,6 +83,7 @@ class PersonDetector:
         self._floor: Floor | None = None
         self._other: Floor | None = None
         self._n_since = 0
+        self._stamp: int | None = None
         self._frame_id: str | None = None
 
     def detect(self, frame: CameraFrame) -> Seen:
@@ -106,6 +109,9 @@ class PersonDetector:
         """The floor, as far as it is known before people are sought, and whether the camera has moved."""
         if frame.T_world_camera is not None:
             return floor_of_pose(frame.T_world_camera), False
+        since, self._stamp = self._stamp, frame.stamp
+        if since is not None and not 0 <= frame.stamp - since <= self.settings.gap_s * NS:
+            self._floor = self._other = None
         self._n_since += 1
         if self._floor is not None and self._n_since < self.settings.check_every and self._other is None:
             return self._floor, False

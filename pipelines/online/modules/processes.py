@@ -41,7 +41,8 @@ class _Worker:
         if self.process.is_alive():
             self.process.kill()
         self.process.join(1.0)
-        self.process.close()
+        with contextlib.suppress(ValueError):  # on a busy machine it may not have ended yet
+            self.process.close()
 
 
 @dataclass

@@ -20,12 +20,13 @@ from forests.oarf.train import train as train_oarf
 from forests.rwf.config import RWFConfig
 from forests.rwf.storage import save_model as save_rwf
 from forests.rwf.train import train as train_rwf
+from forests.smoothing import FORGOTTEN_S
 from pipelines.cli import main
 from pipelines.corpus.sequence import CorpusFrames
 from pipelines.drawing.tiles import N_SHOWN
 from pipelines.models.asking import ask
 from pipelines.models.opening import open_model
-from pipelines.predicting.smooth import FORGOTTEN_S, TrackSmoother
+from pipelines.predicting.smooth import TrackSmoother
 from pipelines.spread import first_to_last
 from synth.vocabulary import JOINT_NAMES, N_JOINTS
 from tests.shared_data import SHARED
