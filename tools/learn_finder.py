@@ -1,7 +1,8 @@
 """Learns what the finder of people knows, from the training split of a corpus of rooms; writes its model file.
 
 Needs scikit-learn. Trees are grown three times; from the second time on the negatives are those that the trees before
-take for people. Frames of val tell from which score on a place is a person.
+take for people. Frames of val tell from which score on a place is a person. Nothing is kept on the way: a run that is
+stopped starts anew.
 
     undergrowth generate out/rooms --config examples/rooms.toml --seed 77 --frames 2000
     python tools/learn_finder.py out/rooms [--frames 1350] [--trees 280] [--out forests/finder/people.safetensors]
@@ -29,6 +30,7 @@ from forests.finder.model import (
 from forests.finder.probes import FINE, contour, features_at, view_of
 from pipelines.corpus import Corpus
 from pipelines.corpus.rooms.matching import floor_of, judge_axes, level_distances, recall_at, truths_of
+from pipelines.progress import progress
 from synth.frame import RoomFrame
 
 INNER_M, SIDE_M, BAND_M = 0.3, 0.1, 0.1
@@ -80,7 +82,8 @@ class Shown:
     def __init__(self, corpus: Corpus, split: str, first: int, last: int) -> None:
         self.truths, self.poses, self.views, self.tops, self.labels, self.people = [], [], [], [], [], []
         sensors = ("random", "kinect_v2", "kinect_v1", "ideal")
-        for number, index in enumerate(corpus.split(split)[first:last]):
+        numbers = corpus.split(split)[first:last]
+        for number, index in enumerate(progress(numbers, "frame", f"read {split}")):
             clean = corpus.scene(int(index))
             depth = corpus.arrays("depth", [index], sensors[number % len(sensors)])[0]
             is_floored = number % WITHOUT_FLOOR != 0
@@ -99,7 +102,8 @@ def examples(shown: Shown, trees: Trees | None, seed: int) -> tuple[NDArray[np.f
     """Features and labels of all positives and of so many negatives a frame, the worst ones if there are trees."""
     rng = np.random.default_rng(seed)
     rows, answers = [], []
-    for view, tops, labels in zip(shown.views, shown.tops, shown.labels, strict=True):
+    places = list(zip(shown.views, shown.tops, shown.labels, strict=True))
+    for view, tops, labels in progress(places, "frame", "examples"):
         good, bad = np.flatnonzero(labels == 1), np.flatnonzero(labels == 0)
         chosen = rng.permutation(bad)[: PER_FRAME if trees is None else PER_FRAME // 3]
         if trees is not None and len(bad):
@@ -185,7 +189,7 @@ def reached(shown: Shown) -> float:
 
 
 def learn(options: argparse.Namespace) -> None:
-    """Grows trees twice, sets where they end early and from which score on a place is a person, and writes them."""
+    """Grows trees, sets where they end early and from which score on a place is a person, and writes them."""
     corpus = Corpus.open(options.corpus)
     shown = Shown(corpus, "train", 0, options.frames)
     checked = Shown(corpus, "val", 0, options.check)
@@ -195,8 +199,8 @@ def learn(options: argparse.Namespace) -> None:
     for turn in range(options.turns):
         x, y = examples(shown, trees, options.seed + turn)
         n_trees = options.trees if turn == options.turns - 1 else options.trees // 2
+        print(f"turn {turn}: {n_trees} trees of {len(y)} examples, {(y == 1).mean():.3f} of people", flush=True)
         trees = grown(x, y, n_trees, options.seed)
-        print(f"turn {turn}: {len(y)} examples, {(y == 1).mean():.3f} of people", flush=True)
     assert trees is not None
     trees = with_early_ends(trees, x, y)
     template = np.minimum(x[y == 1, : FINE * FINE], 1.0).mean(axis=0).reshape(FINE, FINE)
@@ -208,6 +212,7 @@ def learn(options: argparse.Namespace) -> None:
     print(f"template {by_template:.3f}, trees {by_trees:.3f} from score {bound:.2f}")
     facts = {**model.facts, "recall": round(by_trees, 4)}
     write_finder(options.out, replace(model, score=float(bound), facts=facts))
+    print(f"wrote {options.out}")
 
 
 def main() -> None:
