@@ -193,6 +193,15 @@ def _read_url(url: str, form: DigestedFormat, kind: str | None) -> Contents:
         return read_digested(path, form, kind)
 
 
+def is_of_format(path: Path, form: DigestedFormat) -> bool:
+    """Whether a file's header says that it is of a format; False of what cannot be read."""
+    try:
+        _read_document(path, form)
+    except (OSError, form.error):
+        return False
+    return True
+
+
 def _read_document(path: Path, form: DigestedFormat) -> dict[str, Any]:
     """Our metadata, from a header that safetensors found to fit the whole file."""
     with path.open("rb") as file:

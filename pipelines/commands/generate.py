@@ -47,8 +47,9 @@ class GenerateSettings:
         only_shards: FIRST:END makes these shards of 64 frames alone, as one job of an array; `undergrowth join`
             completes the corpus when all jobs are through.
         renderer: numba (runs on any machine) or pyrender (OpenGL; needs undergrowth[gl]).
-        poses: Library of recorded poses, made by `undergrowth import mocap`, to use besides the procedural poses.
-        poses_share: Share of the frames whose pose is taken from the library.
+        poses: Library of recorded poses, made by `undergrowth import mocap`, to use besides the procedural poses; for
+            clips, of motions, made with its --clips.
+        poses_share: Share of the frames whose pose is taken from the library; of clips, of the people on their feet.
         poses_splits: Splits that use the pose library. The other splits have procedural poses only.
         objects: Library of objects, made by `undergrowth import meshes`, to use besides the procedural objects.
         objects_share: Share of the object draws that use the library, where it has an object of the class.

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from pipelines.errors import UserError
+from synth.bodies.motion.library import read_motions
 from synth.bodies.poses.library import read_library as read_poses
 from synth.occluders.meshlib import read_library as read_objects
-from synth.scene import ObjectMix, PoseMix
+from synth.scene import MotionMix, ObjectMix, PoseMix
 
 
 class _Digested(Protocol):
@@ -49,12 +50,17 @@ def pose_mix(use: LibraryUse) -> PoseMix:
     return _checked(use, lambda: PoseMix(_unchanged(use, read_poses(use.path)), use.share, use.splits))
 
 
+def motion_mix(use: LibraryUse) -> MotionMix:
+    """Reads a motion library as a corpus of clips uses it; errors as of `pose_mix`."""
+    return _checked(use, lambda: MotionMix(_unchanged(use, read_motions(use.path)), use.share, use.splits))
+
+
 def object_mix(use: LibraryUse) -> ObjectMix:
     """Reads an object library as a corpus uses it; errors as of `pose_mix`."""
     return _checked(use, lambda: ObjectMix(_unchanged(use, read_objects(use.path)), use.share, use.splits))
 
 
-_Mix = TypeVar("_Mix", PoseMix, ObjectMix)
+_Mix = TypeVar("_Mix", PoseMix, MotionMix, ObjectMix)
 
 
 def _checked(use: LibraryUse, make: Callable[[], _Mix]) -> _Mix:

@@ -3,7 +3,7 @@
 import contextlib
 import logging
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from synth.bodies.mocap.reach import limb_errors
 from synth.bodies.mocap.retarget import Retargeted, retarget
 from synth.bodies.mocap.roles import Convention
 from synth.bodies.mocap.select import joint_places, unlike_poses
-from synth.bodies.mocap.source import read_source
+from synth.bodies.mocap.source import Source, read_source
 from synth.bodies.mocap.text import MocapError, decode_bvh
 from synth.bodies.poses.library import (
     FOOT_DOWN,
@@ -121,13 +121,36 @@ def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
     Raises:
         UserError: There is no file, or none can be used.
     """
+    recordings: list[Recording] = []
+
+    def read(path: Path, trial: Trial) -> None:
+        recordings.append(_read(path, trial, options))
+
+    read_files(folder, options, read)
+    library = _library(recordings, options.distance)
+    if not len(library):
+        raise UserError(f"no pose of the {len(recordings)} usable files in {folder} is left to keep")
+    return library
+
+
+def read_files(folder: Path, options: MocapOptions, read: Callable[[Path, Trial], None]) -> None:
+    """Reads every BVH file of a folder; those that cannot be used are told at the end.
+
+    Args:
+        folder: Where the .bvh files are, at any depth.
+        options: Whose recording is whose, and which split a subject belongs to.
+        read: Reads one; a MocapError if it cannot be used.
+
+    Raises:
+        UserError: There is no file, or none can be used.
+    """
     if not folder.is_dir():
         raise UserError(f"{folder} is not a folder")
     files = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".bvh")
     if not files:
         raise UserError(f"{folder} has no .bvh files")
-    recordings: list[Recording] = []
     refused: list[str] = []
+    earlier: dict[str, Trial] = {}
     subjects = subjects_of(files, folder, options.subject_from)
     for number, folders in numbers_in_folders(subjects) if options.subject_from == "auto" else ():
         log.warning(
@@ -137,17 +160,25 @@ def import_mocap(folder: Path, options: MocapOptions) -> PoseLibrary:
     for path in progress(files, "file", "import mocap"):
         try:
             with reading_bvh(path):
-                recordings.append(_read(path, subjects[path], recordings, options))
+                trial = _trial(path, subjects[path], earlier, options)
+                read(path, trial)
+                earlier[trial.name] = trial
         except ForeignFileError as error:
             refused.append(f"refused: {error}")
     for line in refused:
         log.warning("%s", line)
-    if not recordings:
+    if not earlier:
         raise UserError(f"none of the {len(files)} .bvh files in {folder} can be used")
-    library = _library(recordings, options.distance)
-    if not len(library):
-        raise UserError(f"no pose of the {len(recordings)} usable files in {folder} is left to keep")
-    return library
+
+
+def _trial(path: Path, names: Named | MocapError, earlier: Mapping[str, Trial], options: MocapOptions) -> Trial:
+    """What a file is called and whose it is."""
+    if isinstance(names, MocapError):
+        raise names
+    name, subject, _ = names
+    if name in earlier:
+        raise MocapError(f"is trial {name} again, which was already read from {earlier[name].file}")
+    return Trial(name, subject, options.splits.split_of(subject), _printable(path.name))
 
 
 def read_mapping(path: Path) -> Convention:
@@ -205,19 +236,24 @@ def read_bvh(path: Path) -> Bvh:
     return bvh
 
 
-def _read(path: Path, names: Named | MocapError, earlier: Sequence[Recording], options: MocapOptions) -> Recording:
-    if isinstance(names, MocapError):
-        raise names
-    name, subject, _ = names
-    for recording in earlier:
-        if recording.trial.name == name:
-            raise MocapError(f"is trial {name} again, which was already read from {recording.trial.file}")
+def read_motion(path: Path, options: MocapOptions) -> tuple[Bvh, Source]:
+    """A file at 30 frames a second or less, and the motion in it.
+
+    Raises:
+        MocapError: It cannot be used.
+        ForeignFileError: It is too large.
+    """
     taken = _thinned(read_bvh(path))
     n_joints, n_frames = len(taken.joints), len(taken.values)
     check_size(path, BYTES_A_JOINT * n_joints * n_frames, f"its {n_joints} joints in {n_frames} frames")
     source = read_source(taken, options.custom)
     if not source.has_rest:
         log.info("%s has no T-pose: limb directions are taken from joint positions", path)
+    return taken, source
+
+
+def _read(path: Path, trial: Trial, options: MocapOptions) -> Recording:
+    taken, source = read_motion(path, options)
     poses, support = retarget(source), find_support(source, taken.frame_time)
     places = joint_places(poses)
     is_carried = support.is_standing | support.is_sitting
@@ -225,7 +261,6 @@ def _read(path: Path, names: Named | MocapError, earlier: Sequence[Recording], o
     counts = _counts(source.is_t_pose, support.is_on_floor, ~is_carried, ~is_near)
     is_open = is_carried & is_near & ~source.is_t_pose
     rows = unlike_poses(places, is_open, options.distance)
-    trial = Trial(name, subject, options.splits.split_of(subject), _printable(path.name))
     return Recording(_library_of(trial, poses, support, taken.frame, options).taken(rows), places[rows], counts)
 
 

@@ -6,6 +6,7 @@ from storage.lazy import exports
 
 if TYPE_CHECKING:
     from synth.scene.bases import PoseMix
+    from synth.scene.clips.recorded import MotionMix
     from synth.scene.clips.source import ClipSource
     from synth.scene.config import SceneConfig, SceneWeights
     from synth.scene.objects import ObjectMix
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ClipSource",
     "FrameSource",
+    "MotionMix",
     "ObjectMix",
     "PoseMix",
     "RoomSource",
@@ -26,6 +28,7 @@ __getattr__, __dir__ = exports(
     __name__,
     {
         "synth.scene.bases": ("PoseMix",),
+        "synth.scene.clips.recorded": ("MotionMix",),
         "synth.scene.clips.source": ("ClipSource",),
         "synth.scene.config": (
             "SceneConfig",

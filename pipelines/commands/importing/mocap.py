@@ -1,4 +1,4 @@
-"""undergrowth import mocap: a pose library out of BVH motion capture."""
+"""undergrowth import mocap: a library of poses, or of whole motions, out of BVH motion capture."""
 
 import logging
 from dataclasses import dataclass
@@ -8,10 +8,12 @@ from typing import Annotated
 import tyro
 
 from pipelines.importing.mocap import MocapOptions, import_mocap, read_mapping
+from pipelines.importing.motions import import_motions
 from pipelines.importing.splits import SplitRule
 from pipelines.importing.subjects import SubjectFrom
 from pipelines.targets import check_file
 from storage.ranges import MAX_SEED, check_fields
+from synth.bodies.motion.library import read_motions, write_motions
 from synth.bodies.poses.library import PoseLibrary, read_library, write_library
 from synth.vocabulary import SPLITS
 
@@ -20,7 +22,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class MocapSettings:
-    """Makes a library of poses from BVH files.
+    """Makes a library of poses, or of motions for clips, from BVH files.
 
     Files that cannot be used are listed with the reason, and the others are imported.
 
@@ -39,6 +41,7 @@ class MocapSettings:
         test: Subjects or patterns for the test split; '*' puts all subjects there.
         seed: Seed that distributes the subjects that no list names.
         overwrite: Replace an existing library.
+        clips: Keep whole motions with their frames in order, for clips, instead of single poses.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -51,12 +54,15 @@ class MocapSettings:
     test: tuple[str, ...] = ()
     seed: int = 0
     overwrite: bool = False
+    clips: bool = False
 
     def __post_init__(self) -> None:
         check_fields(self, {"seed": (0, MAX_SEED)})
 
     def run(self) -> int:
         """Imports, tells what became of every file."""
+        if self.clips:
+            return self._import_clips()
         check_file(self.out, read_library, self.overwrite)
         library = self.library()
         write_library(self.out, library)
@@ -77,7 +83,23 @@ class MocapSettings:
         Raises:
             UserError: There is no file, or none can be used.
         """
+        return import_mocap(self.folder, self._options())
+
+    def _options(self) -> MocapOptions:
         custom = None if self.mapping is None else read_mapping(self.mapping)
         splits = SplitRule(self.train, self.val, self.test, self.seed)
-        options = MocapOptions(splits, custom, self.distance, self.subject_from)
-        return import_mocap(self.folder, options)
+        return MocapOptions(splits, custom, self.distance, self.subject_from)
+
+    def _import_clips(self) -> int:
+        check_file(self.out, read_motions, self.overwrite)
+        library = import_motions(self.folder, self._options())
+        write_motions(self.out, library)
+        for split in SPLITS:
+            own = library.seconds[library.of_split(split)]
+            log.info(
+                "%-5s %3d motions, %6.1f s, the longest %.1f s", split, len(own), own.sum(), own.max(initial=0.0)
+            )
+            if not len(own):
+                log.warning("the split %s has no motion; name subjects with --%s", split, split)
+        log.info("%d motions in %s, digest %s", len(library), self.out, library.digest[:16])
+        return 0

@@ -14,6 +14,8 @@ HEEL = (-0.05, 0.12)
 """Heel and ball of the foot before the ankle, along the sole [m]."""
 STILL = 0.15
 """A foot slower than this stands [m/s]."""
+ALONG = 0.4
+"""What of a foot is on the floor and moves no faster than this stands there, while the foot may roll [m/s]."""
 ON_FLOOR = 0.035
 """A foot no higher than this stands on the floor [m]."""
 FLAT = np.radians(15.0)
@@ -83,6 +85,29 @@ def find_support(source: Source, frame_time: float) -> Support:
     is_sitting = resting(source, may_sit, frame_time)
     is_standing = is_down.any(axis=1) & ~(is_raised & (balance < STEADY)) & ~is_on_floor
     return Support(is_standing, is_sitting, is_on_floor, is_down, is_down & (tilt < FLAT))
+
+
+def foot_contacts(source: Source, frame_time: float) -> tuple[NDArray[np.bool_], float]:
+    """What of the feet touches the floor: what is as low as where the foot stands, and does not move along.
+
+    Args:
+        source: The motion.
+        frame_time: [s].
+
+    Returns:
+        (n, 2, 2) by side, heel and toes; and the floor's level [m].
+    """
+    ankles = np.stack([source.at(f"{s}_ankle") for s in SIDES], axis=1)
+    heights, _ = _foot_heights(source)
+    stands = np.stack([_speed(source.at(f"{s}_ankle"), frame_time) for s in SIDES], axis=1) < STILL
+    floors = _floors(source, heights, stands & ~source.is_t_pose[:, None])
+    out = np.zeros((len(ankles), 2, 2), np.bool_)
+    for k, way in enumerate(HEEL):
+        point = ankles + way * source.toes - 0.07 * source.sole
+        for side in range(2):
+            is_low = point[:, side, 2] < floors[side] + ON_FLOOR
+            out[:, side, k] = is_low & (_speed(point[:, side], frame_time) < ALONG)
+    return out, float(floors.min())
 
 
 def _is_on_floor(source: Source, floor: float, lead: NDArray[np.float64]) -> NDArray[np.bool_]:

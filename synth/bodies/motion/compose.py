@@ -22,7 +22,7 @@ from synth.bodies.motion.overlays import (
 )
 from synth.bodies.motion.record import Motion
 from synth.bodies.motion.steps import FootTrack, track_foot
-from synth.bodies.skeleton import DOF_IDX, LOWER, UPPER
+from synth.bodies.skeleton import DOF_IDX, LOWER, UPPER, Skeleton
 from synth.vocabulary import CONTACT_NAMES
 
 STRAIGHT = 0.996
@@ -128,7 +128,7 @@ def _on_legs(
     for trial in range(N_ROLLS + 1):
         placed = {s: feet[s].placed() for s in "lr"}
         T = T_root.copy()
-        T[:, 2, 3] = _heights(plan, T, placed, plan.way.rate)
+        T[:, 2, 3] = smooth_below(heights_allowed(plan.body.skeleton, T, placed), HEIGHT_SIGMA, plan.way.rate)
         for sit in plan.sits:
             _sit_down(T, sit, seconds)
         for s in "lr":
@@ -221,9 +221,14 @@ def _set_upper(
         angles[:, ROTATIONS[k]] -= 0.8 * bend
 
 
-def _heights(plan: Plan, T_root: Array, placed: dict[str, Array], rate: float) -> Array:
-    """(n,) height of the root that the legs allow, smoothed from below [m]."""
-    skeleton = plan.body.skeleton
+def heights_allowed(skeleton: Skeleton, T_root: Array, placed: dict[str, Array]) -> Array:
+    """(n,) greatest height of the root at which both feet reach where they are [m].
+
+    Args:
+        skeleton: The person's hinges.
+        T_root: (n, 4, 4) the root over the floor; its height does not matter.
+        placed: (n, 4, 4) of the links behind the ankles, by side.
+    """
     most = np.full(len(T_root), np.inf)
     for s in "lr":
         dofs = LEG_DOFS[s]
@@ -232,7 +237,7 @@ def _heights(plan: Plan, T_root: Array, placed: dict[str, Array], rate: float) -
         ankle = placed[s][:, :3, 3]
         aside = (ankle[:, :2] - T_root[:, :2, 3] - hip[:, :2]) ** 2
         most = np.minimum(most, ankle[:, 2] + np.sqrt(np.maximum(length**2 - aside.sum(axis=1), 0.01)) - hip[:, 2])
-    return smooth_below(most, HEIGHT_SIGMA, rate)
+    return most
 
 
 def _sit_down(T_root: Array, sit: Sit, seconds: Array) -> None:
@@ -243,8 +248,8 @@ def _sit_down(T_root: Array, sit: Sit, seconds: Array) -> None:
     goal = sit.pose.T_world_root
     T[:, :2, 3] += (u**0.85)[:, None] * (goal[:2, 3] - T[:, :2, 3])
     T[:, 2, 3] += (u**1.25) * (goal[2, 3] - T[:, 2, 3])
-    yaw, pitch, roll = _angles_of(T[:, :3, :3])
-    to = _angles_of(goal[None, :3, :3])
+    yaw, pitch, roll = angles_of(T[:, :3, :3])
+    to = angles_of(goal[None, :3, :3])
     yaw += u * (np.remainder(to[0] - yaw + np.pi, 2.0 * np.pi) - np.pi)
     pitch += u * (to[1] - pitch) + SIT_LEAN * bump(u)
     roll += u * (to[2] - roll)
@@ -252,7 +257,7 @@ def _sit_down(T_root: Array, sit: Sit, seconds: Array) -> None:
     T_root[is_any] = T
 
 
-def _angles_of(R: Array) -> tuple[Array, Array, Array]:
+def angles_of(R: Array) -> tuple[Array, Array, Array]:
     """Undoes `turns`."""
     return (
         np.arctan2(R[:, 1, 0], R[:, 0, 0]),

@@ -1,6 +1,6 @@
 """What one person of a clip does: walks, stands and gestures, or sits for a while."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,9 @@ class Actor:
         motion: How they move over the clip, world frame.
         group: Who is in one group shares it, from 1.
         seat: What they sit on, or will; world frame.
+        source_id: Identifier of the recorded motion; empty if theirs was drawn.
+        item: What they move along with them, if anything.
+        T_items: (n, 4, 4) where that is, world frame.
     """
 
     subject: Subject
@@ -56,10 +59,23 @@ class Actor:
     motion: Motion
     group: int
     seat: PlacedObject | None = None
+    source_id: str = ""
+    item: PlacedObject | None = None
+    T_items: NDArray[np.float64] | None = None
+
+    def moved_item(self, k: int) -> PlacedObject | None:
+        """What they move along, at a sample."""
+        if self.item is None or self.T_items is None:
+            return None
+        return replace(self.item, T_world_object=self.T_items[k])
 
     def places(self) -> NDArray[np.float64]:
         """(n, 2) where the hips are, seen from above [m]."""
         return self.motion.T_world_root[:, :2, 3]
+
+    def pose(self, k: int) -> Pose:
+        """The pose at a sample, and where it comes from."""
+        return replace(self.motion.pose(k), source_id=self.source_id)
 
 
 @dataclass(frozen=True)
@@ -121,10 +137,17 @@ class ActorDraw:
         seconds: How long the clip is [s].
         rate: Samples a second.
         rng: Source of randomness.
+        base: How they stand at ease, person frame; drawn if none is given.
     """
 
     def __init__(
-        self, subject: Subject, router: Router, seconds: float, rate: float, rng: np.random.Generator
+        self,
+        subject: Subject,
+        router: Router,
+        seconds: float,
+        rate: float,
+        rng: np.random.Generator,
+        base: Pose | None = None,
     ) -> None:
         self.subject = subject
         self.router = router
@@ -138,7 +161,7 @@ class ActorDraw:
         half_width = hip * float(NARROW + (WIDE - NARROW) * stout)
         self.stance = Stance(marks.leg, half_width, float(np.radians(rng.uniform(2.0, 11.0))))
         self.speed = float(rng.uniform(*SPEEDS) * np.sqrt(marks.leg / 0.9))
-        self.base = draw_base("standing", body, rng)
+        self.base = draw_base("standing", body, rng) if base is None else base
 
     def walker(self, start: NDArray[np.float64], goals: NDArray[np.float64], group: int) -> Actor | None:
         """Walks from a place to others, and stops there.
@@ -153,6 +176,30 @@ class ActorDraw:
             self._pause(plan)
         self._walk_about(plan, goals, self.seconds + float(self.rng.uniform(0.0, 4.0)))
         return self._actor(plan, "walk", group) if "walk" in plan.way.activity else None
+
+    def pusher(
+        self, start: NDArray[np.float64], goals: NDArray[np.float64], group: int
+    ) -> tuple[Actor, NDArray[np.float64]] | None:
+        """Walks straight to one place and then to another, arms anyhow.
+
+        Args:
+            start: (2,) [m].
+            goals: (2, 2) where to [m].
+            group: Number of the group.
+
+        Returns:
+            The person; and (n, 3) x, y [m] and heading [rad] of the way.
+        """
+        first = goals[0] - start
+        plan = self._begin(start, float(np.arctan2(first[1], first[0])))
+        plan.way.stay(0.3)
+        for goal in goals:
+            if self._walk_to(plan, goal):
+                plan.way.stay(0.4)
+        plan.way.stay(max(0.0, self.seconds + 0.2 - plan.way.seconds))
+        ways = np.column_stack([np.concatenate(plan.way.places), np.concatenate(plan.way.headings)])
+        kept, motion = self._cut(composed(plan, self.rng))
+        return (Actor(self.subject, "push", motion, group), ways[kept]) if "walk" in motion.activity else None
 
     def talker(self, place: NDArray[np.float64], heading: float, group: int) -> Actor | None:
         """Stands at a (2,) place [m] with a heading [rad] and gestures."""
@@ -245,12 +292,15 @@ class ActorDraw:
         way.stay(lasting, name)
 
     def _actor(self, plan: Plan, act: str, group: int, seat: PlacedObject | None = None) -> Actor:
-        """The part of the plan that the clip shows, which begins anywhere in it."""
-        motion = composed(plan, self.rng)
+        """The part of the plan that the clip shows."""
+        _, motion = self._cut(composed(plan, self.rng))
+        return Actor(self.subject, act, motion, group, seat)
+
+    def _cut(self, motion: Motion) -> tuple[slice, Motion]:
+        """The samples of a motion that the clip shows, which begins anywhere in it."""
         n = round(self.seconds * self.rate) + 2
         first = int(self.rng.integers(max(len(motion) - n, 0) + 1))
         kept = slice(first, first + n)
-        cut = Motion(
+        return kept, Motion(
             self.rate, motion.angles[kept], motion.T_world_root[kept], motion.contacts[kept], motion.activity[kept]
         )
-        return Actor(self.subject, act, cut, group, seat)

@@ -23,11 +23,13 @@ class ActWeights:
         walk: Walks from place to place, stops, looks about and gestures.
         talk: Stands, alone or facing others, and gestures.
         sit: Sits on a seat for a while: is there from the beginning and gets up, or comes and sits down.
+        push: Pushes a stroller along.
     """
 
     walk: float = 0.5
     talk: float = 0.2
     sit: float = 0.3
+    push: float = 0.08
 
     def __post_init__(self) -> None:
         _check("act", asdict(self))

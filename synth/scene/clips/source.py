@@ -12,6 +12,7 @@ from synth.frame import Moment, NumberedFrames, PersonMotion, RoomFrame
 from synth.scene.bases import PoseMix
 from synth.scene.clips.actors import Actor
 from synth.scene.clips.config import whole_scenes
+from synth.scene.clips.recorded import MotionMix
 from synth.scene.clips.stage import Stage, StageDraw, steps_with_people
 from synth.scene.config import SceneConfig
 from synth.scene.draw import Person, SceneDraw
@@ -56,7 +57,7 @@ class ClipSource(NumberedFrames[RoomFrame]):
         seed: Corpus seed, 0..2**63 - 1.
         n_frames: Length of the corpus, a multiple of cameras x clip.
         renderer: Name of the renderer; only "numba" draws whole scenes.
-        poses: Not used: single poses make no clip.
+        poses: Recorded motions that some people make; single poses make no clip.
         objects: Imported objects among the procedural ones.
     """
 
@@ -66,7 +67,7 @@ class ClipSource(NumberedFrames[RoomFrame]):
         seed: int,
         n_frames: int,
         renderer: str = "numba",
-        poses: PoseMix | None = None,
+        poses: MotionMix | PoseMix | None = None,
         objects: ObjectMix | None = None,
     ) -> None:
         super().__init__(seed, n_frames, whole_scenes(config.splits.counts, config.frames_a_scene))
@@ -74,8 +75,11 @@ class ClipSource(NumberedFrames[RoomFrame]):
             raise ValueError("clips need a number of time steps, such as clip=60")
         if renderer != "numba":
             raise ValueError(f"renderer={renderer!r} draws single people; whole scenes are drawn by 'numba' alone")
-        if poses is not None:
+        if isinstance(poses, PoseMix):
             raise ValueError("a library of single poses has no motion, and cannot be used for clips")
+        if poses is not None:
+            poses.check_length(config.clip / config.fps)
+        self._motions = poses
         self.config = config
         self._camera = config.make_camera()
         self._looker = Looker(config, self._camera, seed)
@@ -123,7 +127,7 @@ class ClipSource(NumberedFrames[RoomFrame]):
         for _ in range(MAX_STAGES):
             self._cast.begin()
             room, taken = self._rooms.draw(split, clip_idx, rng)
-            stage = StageDraw(draw, room, taken, self._camera).stage(n_people)
+            stage = StageDraw(draw, room, taken, self._camera, self._motions).stage(n_people)
             if stage is None:
                 continue
             n_samples = (self.config.clip - 1) * stage.stride + 2
@@ -175,12 +179,13 @@ class ClipSource(NumberedFrames[RoomFrame]):
         people, n_seats = [], 0
         for one in stage.actors:
             k = step * stage.stride
-            person = Person.in_pose(one.subject, one.motion.pose(k))
+            person = Person.in_pose(one.subject, one.pose(k))
             member = Member(person, np.eye(4), one.motion.activity[k])
             has_seat = one.seat is not None
             people.append(PlacedPerson(member, np.eye(4), one.act, one.group, n_seats if has_seat else -1))
             n_seats += has_seat
-        return Gathering(tuple(people), stage.seats)
+        moved = (one.moved_item(step * stage.stride) for one in stage.actors)
+        return Gathering(tuple(people), (*stage.seats, *(item for item in moved if item is not None)))
 
     def _motion(self, clip: _Clip, k: int, step: int) -> PersonMotion:
         """Joints, their velocities and the contacts of a person at a time step."""

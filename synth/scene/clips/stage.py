@@ -1,6 +1,7 @@
 """A clip before anybody looks at it: the room, the cameras over time, and what everybody does."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from synth.geometry import inverse, transform_points
 from synth.scene.bases import draw_arms_pose
 from synth.scene.clips.actors import Actor, ActorDraw, Seated, sit_down_at
 from synth.scene.clips.cameras import ROBOT_RADIUS, draw_move, eye_track
+from synth.scene.clips.pushing import ACT as PUSH
+from synth.scene.clips.pushing import PUSHING_SPEED, draw_pushing, keeps_from, keeps_from_eye, pushed
+from synth.scene.clips.recorded import ACT, ARM_ROOM, N_PLACES, MotionMix, RecordedDraw
 from synth.scene.clips.routes import Router
 from synth.scene.config import SceneConfig
 from synth.scene.draw import Person, SceneDraw
@@ -26,8 +30,8 @@ from synth.scene.soundness import Scene, is_sound
 
 RATE = 60.0
 """Motion is sampled at least so often a second; a clip's rate is a divisor of its motion's."""
-WALKING_RADIUS = 0.2
-"""Half of the width that a walker's way has, beside the room that furniture keeps [m]."""
+WALKING_RADIUS, WIDE_RADIUS = 0.2, 0.4
+"""Half of the width of the way of a walker, and of one with a stroller, beside the room that furniture keeps [m]."""
 APART = 0.62
 """Hips of two people, seen from above, are never nearer [m]."""
 FROM_EYE = 0.75
@@ -72,10 +76,19 @@ class StageDraw:
         room: The room.
         taken: What its furniture takes of the floor.
         camera: Intrinsics.
+        motions: Recorded motions that some people make, if any are used.
     """
 
-    def __init__(self, draw: SceneDraw, room: BuiltRoom, taken: Occupancy, camera: Camera) -> None:
+    def __init__(
+        self,
+        draw: SceneDraw,
+        room: BuiltRoom,
+        taken: Occupancy,
+        camera: Camera,
+        motions: MotionMix | None = None,
+    ) -> None:
         self.draw, self.rng, self.config = draw, draw.rng, draw.config
+        self.motions = motions if motions is not None and draw.split in motions.splits else None
         self.room, self.camera = room, camera
         self.floor = taken.copy()
         self.taken = taken
@@ -105,7 +118,9 @@ class StageDraw:
             seat = next(seats) if act == "sit" else None
             if act == "sit" and seat is None:
                 return None
-            actor = self._find(seat, eye, track, router, actors, len(acts) + k + 1)
+            others = {ACT: self._recorded, PUSH: self._pusher}
+            find = others.get(act, partial(self._find, seat))
+            actor = find(eye, track, router, actors, len(acts) + k + 1)
             if actor is None:
                 return None
             actors.append(actor)
@@ -113,10 +128,14 @@ class StageDraw:
         return None if eyes is None else Stage(self.room, eyes, tuple(actors), self.stride)
 
     def _draw_acts(self, n_people: int) -> list[str]:
-        names = ("walk", "talk", "sit")
+        names = ("walk", "talk", "sit", PUSH)
         weights = np.array([getattr(self.config.acts, name) for name in names])
         drawn = self.rng.choice(len(names), n_people, p=weights / weights.sum())
-        return [names[int(k)] for k in sorted(drawn)]
+        acts = [names[int(k)] for k in sorted(drawn)]
+        if self.motions is None:
+            return acts
+        share = self.motions.share
+        return [ACT if act in ("walk", "talk") and self.rng.random() < share else act for act in acts]
 
     def _eyes(self, eye: Eye, track: NDArray[np.float64], actors: list[Actor]) -> NDArray[np.float64] | None:
         """(n_views, n_steps, 4, 4) all cameras; None if one finds no place."""
@@ -173,6 +192,51 @@ class StageDraw:
                 return actor
         return None
 
+    def _pusher(
+        self, eye: Eye, track: NDArray[np.float64], router: Router, others: list[Actor], group: int
+    ) -> Actor | None:
+        """Somebody who pushes a stroller, and keeps out of everybody's way."""
+        seconds, rate = self.config.clip / self.config.fps, self.stride * self.config.fps
+        wide, bare = Router(self.floor, WIDE_RADIUS), Router(self.floor, 0.0)
+        for _ in range(TRIES):
+            subject = self._walker()
+            pushing = draw_pushing(self.draw, subject)
+            if pushing is None:
+                continue
+            drawing = ActorDraw(subject, wide, seconds, rate, self.rng, pushing.pose)
+            drawing.speed *= PUSHING_SPEED
+            for _ in range(TRIES):
+                places = self._places(eye, wide, 3)
+                walked = drawing.pusher(places[0], places[1:], group) if len(places) == 3 else None
+                if walked is None or not self._keeps_apart(walked[0], track, others):
+                    continue
+                actor = pushed(walked[0], pushing, walked[1], bare)
+                if actor is None or not keeps_from_eye(actor, track, self.stride):
+                    continue
+                if keeps_from(actor, others, len(track), self.stride):
+                    return actor
+        return None
+
+    def _recorded(
+        self, eye: Eye, track: NDArray[np.float64], router: Router, others: list[Actor], group: int
+    ) -> Actor | None:
+        """Somebody who moves as recorded, and keeps out of everybody's way."""
+        assert self.motions is not None
+        rate = self.stride * self.config.fps
+        seconds = ((self.config.clip - 1) * self.stride + 1) / rate
+        arms = Router(self.floor, ARM_ROOM)
+        drawing = RecordedDraw(self.motions, self.draw.split, seconds, rate, router, arms, self.rng)
+        for _ in range(TRIES):
+            subject = self._walker()
+            found = drawing.motion(subject)
+            if found is None:
+                continue
+            for place in self._places(eye, router, N_PLACES):
+                actor = drawing.placed(subject, found, place, group)
+                if actor is not None and self._keeps_apart(actor, track, others):
+                    return actor
+        return None
+
     def _walker(self) -> Subject:
         """Somebody on their feet; a long skirt, which would not give way to the legs, stays at home."""
         subject = self.draw.subject(is_seated=False)
@@ -185,7 +249,8 @@ class StageDraw:
         if np.hypot(*(places - track[:, :2, 3]).T).min() < FROM_EYE:
             return False
         ways = [places - other.places()[:: self.stride][: len(track)] for other in others]
-        return all(np.hypot(*way.T).min() >= APART for way in ways)
+        is_apart = all(np.hypot(*way.T).min() >= APART for way in ways)
+        return is_apart and keeps_from(actor, others, len(track), self.stride)
 
     def _seat(self, eye: Eye) -> tuple[Subject, Seated] | None:
         """Somebody, and a seat on free floor with room to come to it."""

@@ -12,7 +12,6 @@ from pipelines.corpus.shards import encode_plain, shard_path
 from pipelines.corpus.write import ZARR_NAME
 from pipelines.errors import CorpusError, UserError
 from pipelines.generation.drawn import drawn_order, whole_frames
-from pipelines.generation.libraries import LibraryUse
 from synth.scene import ClipSource, FrameSource, SceneConfig
 from synth.scene.config import SplitShares
 from synth.scene.room.config import PeopleConfig, RoomConfig, RoomWeights
@@ -147,12 +146,6 @@ def test_orders_that_cut_clips_are_refused():
     with pytest.raises(UserError, match="frames=70 must be a multiple of 24"):
         drawn_order(config(), 9, 70)
     assert whole_frames(config(), 70) == 72
-
-
-def test_single_poses_are_no_clips(tmp_path):
-    use = LibraryUse(tmp_path / "poses.safetensors", 0.5, ("train",))
-    with pytest.raises(UserError, match="library of single poses"):
-        drawn_order(config(), 9, 72, poses=use)
 
 
 def test_settings_of_clips_travel_with_the_corpus(written):
