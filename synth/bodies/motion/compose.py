@@ -25,9 +25,9 @@ from synth.bodies.motion.steps import FootTrack, track_foot
 from synth.bodies.skeleton import DOF_IDX, LOWER, UPPER, Skeleton
 from synth.vocabulary import CONTACT_NAMES
 
-STRAIGHT = 0.996
+STRAIGHT = 0.99
 """Legs reach at most this share of their length: knees are never quite straight."""
-HEIGHT_SIGMA = 0.06
+HEIGHT_SIGMA = 0.045
 """The hips' height follows what the legs allow within about this time [s]."""
 SWAY = 0.022
 """How far the hips are over the foot that carries [m]."""

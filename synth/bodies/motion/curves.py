@@ -21,10 +21,26 @@ def eased(share: ArrayLike) -> Array:
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u * u))
 
 
-def swung(share: ArrayLike) -> Array:
-    """Goes from 0 to 1 with less acceleration than `eased`, half of which is there at once."""
-    u = np.clip(np.asarray(share, np.float64), 0.0, 1.0)
-    return np.asarray(0.5 * eased(u) + 0.25 * (1.0 - np.cos(np.pi * u)))
+def travelled(share: Array, start: Array, end: Array, leaving: Array, arriving: Array) -> Array:
+    """A way with given speeds at its ends: half cubic, whose acceleration is there at once, half quintic.
+
+    Args:
+        share: Of the way in time, 0..1.
+        start: Where it begins.
+        end: Where it ends.
+        leaving: Speed at the beginning, a whole time's way.
+        arriving: Speed at the end, likewise.
+    """
+    u = np.asarray(share, np.float64)
+    way = end - start
+    cubic = u * leaving + u**2 * (3.0 * way - 2.0 * leaving - arriving) + u**3 * (leaving + arriving - 2.0 * way)
+    quintic = (
+        u * leaving
+        + u**3 * (10.0 * way - 6.0 * leaving - 4.0 * arriving)
+        - u**4 * (15.0 * way - 8.0 * leaving - 7.0 * arriving)
+        + u**5 * (6.0 * way - 3.0 * leaving - 3.0 * arriving)
+    )
+    return np.asarray(start + 0.5 * (cubic + quintic))
 
 
 def bump(share: ArrayLike) -> Array:

@@ -6,22 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from synth.bodies.motion.curves import Array, bump, eased, smoothed, swung
+from synth.bodies.mocap.capture import runs
+from synth.bodies.motion.curves import Array, bump, eased, smoothed, travelled
 from synth.bodies.motion.foot import TOES_LIMIT, FootShape
 
 SWING = 0.84
 """A foot is in the air for this share of the time from one step to the next: 42 % of a stride (Winter 2009: 40 %)."""
 FULL_STRIDE = 1.3
 """Feet roll fully in strides of this length, and less in shorter ones [m]."""
-OFF, ON = np.radians(46.0), np.radians(18.0)
+OFF, ON = np.radians(60.0), np.radians(18.0)
 """Pitch of the foot, heel up, when it leaves the floor, and toes up, when it comes down; Winter (2009), rounded."""
 ROLL_ON, ROLL_OFF = 0.34, 0.62
 """How long the foot comes down flat after landing, and rolls off before it leaves, in steps."""
 # Pitch in the air over that at its ends, by the share of the swing: it goes on rising, then the toes come up.
 _RISING = PchipInterpolator((0.0, 0.1, 0.3, 0.62, 0.8, 1.0), (1.0, 1.1, 0.8, 0.12, 0.0, 0.0))
 _TURNED_UP = PchipInterpolator((0.0, 0.5, 0.88, 1.0), (0.0, 0.1, 1.0, 1.0))
-EARLY = 0.88
-"""Feet hurry more in the first half of a step than in the second: exponent of the time's share."""
 CLEARANCE = 0.02
 """How high the sole is lifted in the middle of a long step, beyond what rolling asks for [m]."""
 TOES_LENGTH = 0.07
@@ -115,8 +114,7 @@ def track_foot(
     for k, fall in enumerate(falls):
         after = np.array(fall.footing)
         share = (seconds - fall.lift) / (fall.land - fall.lift)
-        way = swung(np.clip(share, 0.0, 1.0) ** EARLY)[:, None]
-        footing[share > 0.0] = (before + way * (after - before))[share > 0.0]
+        footing[share > 0.0] = (before + eased(share)[:, None] * (after - before))[share > 0.0]
         is_up = (share > 0.0) & (share < 1.0)
         swing[is_up] = share[is_up]
         length = min(float(np.hypot(*(after - before)[:2])) / FULL_STRIDE, 1.0)
@@ -125,7 +123,34 @@ def track_foot(
         until = falls[k + 1].lift if k + 1 < len(falls) else np.inf
         _roll(pitch, seconds, fall, share, step, length, until)
         before = after
-    return FootTrack(shape, footing, smoothed(pitch, PITCH_SIGMA, rate), swing, clearance, rate)
+    pitch = smoothed(pitch, PITCH_SIGMA, rate)
+    _swing_ankle(shape, footing, pitch, swing, rate)
+    return FootTrack(shape, footing, pitch, swing, clearance, rate)
+
+
+def _swing_ankle(shape: FootShape, footing: Array, pitch: Array, swing: Array, rate: float) -> None:
+    """Lets the ankle leave the floor with the speed that it has from rolling, and come down with the one it needs.
+
+    Args:
+        shape: The foot.
+        footing: (n, 3), changed in place where the foot is up.
+        pitch: (n,) [rad].
+        swing: (n,) share of the time in the air that is over; -1 while the foot is down.
+        rate: Samples a second.
+    """
+    along = shape.placed(np.zeros_like(footing), pitch, np.zeros(len(pitch)))[:, 0, 3]
+    ahead = np.stack([np.cos(footing[:, 2]), np.sin(footing[:, 2])], axis=1)
+    rolled = along[:, None] * ahead
+    ankle = footing[:, :2] + rolled
+    for first, last in runs(swing >= 0.0):
+        if first < 2 or last + 2 > len(swing):
+            continue
+        a, b = first - 1, last
+        seconds = (b - a) / rate
+        leaving, landing = (ankle[a] - ankle[a - 1]) * rate, (ankle[b + 1] - ankle[b]) * rate
+        u = (np.arange(first, last) - a) / (b - a)
+        way = travelled(u[:, None], ankle[a], ankle[b], leaving * seconds, landing * seconds)
+        footing[first:last, :2] = way - rolled[first:last]
 
 
 def _roll(
@@ -135,9 +160,9 @@ def _roll(
     off, on = OFF * length**0.8, ON * length
     rise = 1.0 - (fall.lift - seconds) / (ROLL_OFF * step)
     is_rolling = (rise > 0.0) & (seconds <= fall.lift)
-    pitch[is_rolling] = np.maximum(pitch[is_rolling], off * rise[is_rolling] ** 1.8)
+    pitch[is_rolling] = np.maximum(pitch[is_rolling], off * rise[is_rolling] ** 2.4)
     is_up = (share > 0.0) & (share < 1.0)
     pitch[is_up] = off * _RISING(share[is_up]) - on * _TURNED_UP(share[is_up])
     since = (seconds - fall.land) / (ROLL_ON * step)
     is_landing = (since >= 0.0) & (since < 1.0) & (seconds < until)
-    pitch[is_landing] = -on * (1.0 - eased(since[is_landing]))
+    pitch[is_landing] = -on * (1.0 - since[is_landing]) ** 2
