@@ -103,6 +103,27 @@ def test_the_table_has_a_line_for_one_two_and_all(rooms):
     assert list(view_lines(None)) == []
 
 
+def test_people_who_are_cut_out_are_seen_by_all_cameras(tmp_path):
+    config = SceneConfig(**SMALL, cameras=2, rig="front_top", splits=SplitShares(0.0, 0.0, 1.0))
+    write_corpus(tmp_path / "pair", drawn_order(config, 4, 4))
+    corpus = Corpus.open(tmp_path / "pair")
+    joints = {corpus.arrays("depth", [k])[0].tobytes(): corpus.arrays("joints", [k])[0] for k in range(4)}
+
+    class Knowing(Oracle):
+        def __init__(self):
+            pass
+
+        def predict(self, depth, camera, box=None):
+            proposals = joints[depth.tobytes()][:, None].astype(np.float32)
+            ones = np.ones(len(proposals), np.float32)
+            return JointEstimate(proposals, ones[:, None], ones, 0.0 * ones, 0.0 * ones, camera)
+
+    views = score_model(contestant_of("oracle", Knowing()), {}, corpus, SCORING)["views"]
+    assert [(row["n_views"], row["n_people"]) for row in views] == [(1, 2), (2, 2)]
+    assert all(row["accuracy_10cm"] == 1.0 and row["missing"] == 0.0 for row in views)
+    assert views[1]["mean_error_cm"] < 0.01
+
+
 def test_rooms_of_one_camera_have_no_views(tmp_path):
     config = SceneConfig(
         **SMALL,
