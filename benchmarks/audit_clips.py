@@ -1,13 +1,15 @@
 """How people of clips move: do feet slide or sink, do joints accelerate as recorded ones, do limbs go through things?
 
-    python benchmarks/audit_clips.py [--clips 24] [--seed 0] [--steps 150] [--mocap FOLDER] [--bytes]
+    python benchmarks/audit_clips.py [--clips 24] [--seed 0] [--steps 150] [--mocap FOLDER] [--motions FILE] [--bytes]
 
-FOLDER holds BVH files. Their joints and the clips' are compared at 30 positions a second. With --bytes a small corpus
-is written by one and by two processes as well, and compared.
+FOLDER holds BVH files. Their joints and the clips' are compared at 30 positions a second. FILE is a motion library:
+everybody on their feet then moves as recorded in its train split. With --bytes a small corpus is written by one and by
+two processes as well, and compared.
 """
 
 import argparse
 import hashlib
+import itertools
 import tempfile
 from collections import defaultdict
 from pathlib import Path
@@ -21,12 +23,13 @@ from synth.bodies.mocap.bvh import parse_bvh
 from synth.bodies.mocap.source import read_source
 from synth.bodies.mocap.text import decode_bvh
 from synth.bodies.motion.foot import foot_shapes
+from synth.bodies.motion.library import read_motions
 from synth.bodies.poses.draft import Draft
 from synth.bodies.rig.kinematics import link_transforms
 from synth.bodies.rig.skinning import pose_vertices
 from synth.bodies.skeleton import LINK_IDX
 from synth.geometry import transform_points
-from synth.scene import ClipSource, SceneConfig
+from synth.scene import ClipSource, MotionMix, SceneConfig
 from synth.scene.clips.actors import Actor
 from synth.scene.clips.stage import Stage
 from synth.scene.config import SplitShares
@@ -37,8 +40,8 @@ from synth.vocabulary import JOINT_NAMES, N_PARTS
 FPS = 30
 DEEP = 0.01
 """Skin this deep in something counts [m]."""
-GOING = 0.5
-"""Whose hips are faster goes somewhere [m/s]."""
+SPEEDS = (0.5, 0.8, 1.1, 1.5)
+"""Accelerations are compared below the first of these speeds of the hips, and between each and the next [m/s]."""
 ROLES = {
     "head": "head", "neck": "neck", "r_shoulder": "r_shoulder", "l_shoulder": "l_shoulder", "r_elbow": "r_elbow",
     "l_elbow": "l_elbow", "r_hand": "r_wrist", "l_hand": "l_wrist", "r_hip": "r_hip", "l_hip": "l_hip",
@@ -111,31 +114,35 @@ def _is_near(item, vertices: np.ndarray) -> bool:
     return bool(((points.max(axis=0) > vertices.min(axis=0)) & (points.min(axis=0) < vertices.max(axis=0))).all())
 
 
-def is_going(hips: np.ndarray) -> np.ndarray:
-    """(n - 2,) whether hips (n, 3), 30 positions a second, go somewhere."""
-    return np.hypot(*((hips[2:] - hips[:-2])[:, :2] * FPS / 2.0).T) > GOING
+def speed_class(hips: np.ndarray) -> np.ndarray:
+    """(n - 2,) class in `SPEEDS` of hips (n, 3), 30 positions a second; 0 = slower than the first."""
+    return np.searchsorted(SPEEDS, np.hypot(*((hips[2:] - hips[:-2])[:, :2] * FPS / 2.0).T))
 
 
-def recorded(folder: Path) -> dict[tuple[str, bool], np.ndarray]:
-    """Accelerations of recorded joints by our names, going and staying apart [m/s^2]; files are thinned to 30 Hz."""
+def recorded(folder: Path) -> dict[tuple[str, int], np.ndarray]:
+    """Accelerations of recorded joints by our names and class of speed [m/s^2]; files are thinned to 30 Hz."""
     out = defaultdict(list)
     for path in sorted(folder.glob("*.bvh")):
         bvh = parse_bvh(decode_bvh(path.read_bytes()))
         source = read_source(bvh)
         stride = max(1, round(1.0 / (FPS * bvh.frame_time)))
         first = 1 + int(np.flatnonzero(source.is_t_pose).max(initial=-1))
-        going = is_going(source.at("l_hip")[first::stride])
+        classes = speed_class(source.at("l_hip")[first::stride])
         for name, role in ROLES.items():
             if role in source.joints:
-                values = accelerations(source.at(role)[first::stride][:, None])[:, 0]
-                out[name, True].append(values[going])
-                out[name, False].append(values[~going])
+                place = source.at(role)
+                if name.endswith("foot"):
+                    place = 0.5 * (place + source.at(role.replace("ankle", "toe")))
+                values = accelerations(place[first::stride][:, None])[:, 0]
+                for k in range(len(SPEEDS)):
+                    out[name, k].append(values[classes == k])
     return {name: np.concatenate(values) for name, values in out.items()}
 
 
-def audit(options: argparse.Namespace) -> dict[tuple[str, bool], np.ndarray]:
+def audit(options: argparse.Namespace) -> dict[tuple[str, int], np.ndarray]:
     """Prints what was measured; gives the accelerations by joint."""
-    source = ClipSource(scene(options.steps), options.seed, options.clips * options.steps)
+    mix = None if options.motions is None else MotionMix(read_motions(options.motions), 1.0, ("train",))
+    source = ClipSource(scene(options.steps), options.seed, options.clips * options.steps, poses=mix)
     found, lowest, self_depth = [], [], []
     deep: dict[str, list[float]] = defaultdict(list)
     acting = defaultdict(list)
@@ -149,11 +156,11 @@ def audit(options: argparse.Namespace) -> dict[tuple[str, bool], np.ndarray]:
                 turns[name.split("_")[0]] += 1
             found += slides(actor)
             joints = clip.joints[k, ::stride]
-            going = is_going(joints[:, JOINT_NAMES.index("l_hip")])
+            classes = speed_class(joints[:, JOINT_NAMES.index("l_hip")])
             for j, name in enumerate(JOINT_NAMES):
                 values = accelerations(joints)[:, j]
-                acting[name, True].append(values[going])
-                acting[name, False].append(values[~going])
+                for speed in range(len(SPEEDS)):
+                    acting[name, speed].append(values[classes == speed])
             for step in range(0, options.steps, 10):
                 pose = actor.motion.pose(step * stride)
                 vertices = pose_vertices(actor.subject.body, pose).astype(np.float64)
@@ -205,16 +212,18 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=150)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--mocap", type=Path)
+    parser.add_argument("--motions", type=Path)
     parser.add_argument("--bytes", action="store_true")
     options = parser.parse_args()
     ours = audit(options)
     theirs = {} if options.mocap is None else recorded(options.mocap)
-    print(f"acceleration [m/s2], 95 % quantile in clips (recordings): faster than {GOING} m/s; slower")
+    names = [f"below {SPEEDS[0]}", *(f"{a} to {b}" for a, b in itertools.pairwise(SPEEDS))]
+    print(f"acceleration [m/s2], 95 % quantile in clips (recordings), by speed [m/s]: {'; '.join(names)}")
     for name in JOINT_NAMES:
         words = []
-        for going in (True, False):
-            other = f" ({np.percentile(theirs[name, going], 95):4.1f})" if (name, going) in theirs else ""
-            words.append(f"{np.percentile(ours[name, going], 95):5.1f}{other}")
+        for k in range(len(SPEEDS)):
+            other = f" ({np.percentile(theirs[name, k], 95):4.1f})" if (name, k) in theirs else ""
+            words.append(f"{np.percentile(ours[name, k], 95):5.1f}{other}")
         print(f"  {name:12} {'; '.join(words)}")
     if options.bytes:
         same_bytes()
