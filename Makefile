@@ -30,13 +30,15 @@ model: $(VENV)/.installed
 		$(MODEL)/realsense_d435 $(RECORDED) --threads $(CPUS)
 
 # make live [WALKS=forest] [SKELETON=forest] [ORIENTATION=net.onnx]: a generated clip through finder, tracker, planner
-# and the modules whose models are given; what they tell is in out/live/people.mcap.
+# and the modules whose models are given; what they tell is in out/live/people.mcap, and a page shows it until Ctrl-C.
+# VIEW=0 ends without the page.
 LIVE := out/live
 live: $(VENV)/.installed-dev
 	$(BIN)/undergrowth generate $(LIVE)/clips --config examples/clips.toml --frames 180 --workers $(CPUS)
 	$(BIN)/undergrowth live $(LIVE)/clips --sensor kinect_v2 --record $(LIVE)/people.mcap \
 		$(if $(WALKS),--walks "$(WALKS)") $(if $(SKELETON),--skeleton "$(SKELETON)") \
 		$(if $(ORIENTATION),--orientation "$(ORIENTATION)")
+	$(if $(filter 0,$(VIEW)),,$(BIN)/undergrowth view $(LIVE)/people.mcap)
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal

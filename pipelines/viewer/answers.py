@@ -79,6 +79,9 @@ class AnswerShow:
         depth, why = self._depth(source, camera)
         return Moment(source + why, depth, camera, T, {}, tuple(persons), tuple(skeletons), tuple(arrows))
 
+    def close(self) -> None:
+        """Does nothing."""
+
     def _depth(self, source: str, camera: Intrinsics) -> tuple[NDArray[np.uint16] | None, str]:
         """The image that answers are about, and why there is none."""
         name, _, number = source.rpartition(" ")

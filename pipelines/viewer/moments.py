@@ -108,6 +108,10 @@ class Show(Protocol):
         """
         ...
 
+    def close(self) -> None:
+        """Closes what is open."""
+        ...
+
 
 def standing(track_id: int, place: NDArray[np.floating], height: float) -> TrackedPerson:
     """Somebody of whom place (2,) and height [m] are known, and nothing about how they move."""
@@ -222,3 +226,6 @@ class LiveShow:
         """One of those that are kept, the oldest first."""
         with self._lock:
             return self._moments[min(number, len(self._moments) - 1)]
+
+    def close(self) -> None:
+        """Does nothing."""

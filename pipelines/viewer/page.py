@@ -114,11 +114,12 @@ class Page:
             self._is_stale = True
 
     def close(self) -> None:
-        """Serves no more."""
+        """Serves no more, and closes what was shown."""
         self._is_open = False
         if self._thread is not None:
             self._thread.join(5.0)
         self._server.stop()
+        self._show.close()
 
     def _grow(self, n_before: int, n: int) -> None:
         """Lengthens the time line; who was at its end stays there."""

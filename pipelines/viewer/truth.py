@@ -55,6 +55,9 @@ class CorpusShow:
             return self._scene(self._corpus.scene(index, self._sensor))
         return self._single(self._corpus.frame(index, self._sensor))
 
+    def close(self) -> None:
+        """Does nothing."""
+
     def _scene(self, frame: RoomFrame) -> Moment:
         numbered = [(one.number, view) for one, view in zip(frame.info.people, frame.people, strict=True)]
         T = np.asarray(frame.T_world_camera, np.float64)

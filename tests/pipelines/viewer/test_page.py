@@ -36,6 +36,7 @@ def page():
     shown = Page(ToyShow(), 0, VoteView(Teller(), is_cut_out=True))
     yield shown
     shown.close()
+    assert shown._show.is_closed
 
 
 def test_the_time_line_says_which_moment_is_shown(page):

@@ -132,7 +132,6 @@ def test_a_recorded_run_shows_all_that_was_told(recorded):  # noqa: F811
     (shown,) = show.moment(N_RECORDED - 1).skeletons
     np.testing.assert_array_equal(shown.positions, skeleton.positions)
     assert shown.track_id == 1
-    show.close()
     page.close()
 
 

@@ -37,6 +37,9 @@ class ToyShow:
     def __len__(self):
         return self.n
 
+    def close(self):
+        self.is_closed = True
+
     def moment(self, number):
         y = -0.6 + 0.2 * number
         depth = np.full((96, 128), int(1000 * WALL_M), np.uint16)
