@@ -7,7 +7,7 @@ from typing import Any
 
 from forests.estimate import JointVotes
 from pipelines.errors import UserError
-from pipelines.online.messages import Plan
+from pipelines.online.messages import OrientationResult, Plan, TrackSkeleton
 from pipelines.viewer import drawing
 from pipelines.viewer.moments import Moment, Show
 from pipelines.viewer.votes import VoteView
@@ -110,7 +110,7 @@ class Page:
 
     def take(self, message: object) -> None:
         """Hears from a system that runs that the last moment may have changed."""
-        if isinstance(message, Plan):
+        if isinstance(message, Plan | TrackSkeleton | OrientationResult):
             self._is_stale = True
 
     def close(self) -> None:
