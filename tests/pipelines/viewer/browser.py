@@ -43,7 +43,7 @@ class Browser:
         self._number = itertools.count(1)
         try:
             told = folder / "DevToolsActivePort"
-            wait_for(lambda: told.is_file() and len(told.read_text().splitlines()) == 2, 30)
+            wait_for(lambda: told.is_file() and len(told.read_text().splitlines()) == 2, 60)
             port = told.read_text().splitlines()[0]
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json") as answer:
                 pages = [one for one in json.load(answer) if one["type"] == "page"]
@@ -57,7 +57,7 @@ class Browser:
         number = next(self._number)
         self._socket.send(json.dumps({"id": number, "method": method, "params": values}))
         while True:
-            answer = json.loads(self._socket.recv(timeout=30))
+            answer = json.loads(self._socket.recv(timeout=60))
             if answer.get("id") == number:
                 return answer.get("result", {})
 

@@ -74,7 +74,7 @@ def test_people_are_shown_where_they_are_in_colours_of_their_own(shown):
     walking, standing = (one.positions for one in moment.skeletons)
     mine, other = colour_of(1), colour_of(3)
     # The page fades in.
-    wait_for(lambda: share_near(browser.picture(), walking[2], mine) > 0.2, 30)
+    wait_for(lambda: share_near(browser.picture(), walking[2], mine) > 0.2, 60)
     picture = browser.picture()
     for places, colour, wrong in ((walking, mine, other), (standing, other, mine)):
         for place in places:
@@ -97,7 +97,7 @@ def test_people_are_shown_where_they_are_in_colours_of_their_own(shown):
     page.time.value = 4
     page.draw()
     later = page._show.moment(4).skeletons[0].positions
-    wait_for(lambda: share_near(browser.picture(), later[2], mine) > 0.2, 20)
+    wait_for(lambda: share_near(browser.picture(), later[2], mine) > 0.2, 60)
     picture = browser.picture()
     assert share_near(picture, walking[0], mine) == 0
     assert share_near(picture, standing[2], other) > 0.05
@@ -106,7 +106,7 @@ def test_people_are_shown_where_they_are_in_colours_of_their_own(shown):
     page._is_shown["cloud"].value = True
     page.colours.value, page.joint.value = "left side", "torso"
     page.draw()
-    wait_for(lambda: share_near(browser.picture(), (4.0, 1.6, 1.0), (0, 200, 0), 20) > 0.02, 20)
+    wait_for(lambda: share_near(browser.picture(), (4.0, 1.6, 1.0), (0, 200, 0), 20) > 0.02, 60)
     picture = browser.picture()
     assert share_near(picture, (4.0, -1.6, 1.0), (0, 200, 0), 20) == 0
     vote = (2.0, 0.0, 1.2)
