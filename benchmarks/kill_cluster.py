@@ -85,6 +85,7 @@ def main():
     parser.add_argument("--workers-killed", type=int, default=50)
     parser.add_argument("--schedulers-killed", type=int, default=10)
     parser.add_argument("--frames", type=int, default=640)
+    parser.add_argument("--only", choices=("generate", "train"), default=None)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--every-s", type=float, default=4.0, help="mean time between kills")
     parser.add_argument("--limit-s", type=float, default=1e9, help="begin no further round after so long")
@@ -103,6 +104,8 @@ def main():
         }  # fmt: skip
         expected, n_rounds = {}, 0
         for case, words in cases.items():
+            if arguments.only == "generate" != case:
+                continue
             out = folder / f"{case}-plain"
             plain = [str(out if word == "OUT" else word) for word in words]
             subprocess.run(
@@ -110,7 +113,7 @@ def main():
             )
             expected[case] = digest(out)
         while any(left.values()) and time.monotonic() - begun < arguments.limit_s:
-            for case, words in cases.items():
+            for case, words in [(case, cases[case]) for case in expected if arguments.only in (None, case)]:
                 before = dict(left)
                 out = folder / f"{case}-{n_rounds}"
                 n_runs = run_killed(

@@ -67,7 +67,7 @@ def _local(scheduler: str) -> Any:
         n_workers=int(words),
         threads_per_worker=1,
         memory_limit=0,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # any free port
         silence_logs=logging.CRITICAL,
     )
 
