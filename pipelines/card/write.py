@@ -8,6 +8,7 @@ from pipelines.card.sources import Source, check_told, source_of, sources_told, 
 from pipelines.corpus.joined import sensors_of
 from pipelines.corpus.read import Corpus
 from pipelines.errors import UserError
+from pipelines.models.asking import Contestant
 from pipelines.models.kinds import kind_named
 from pipelines.models.opening import open_model
 from pipelines.models.scoring import Scoring, score_model
@@ -78,8 +79,16 @@ def card_of(
         kind=kind_named(about["kind"], model).title,
         told=told,
         scores=scores,
+        boxed=_boxed(contestant),
         **sources_told(sources, learned, corpora),
     )
+
+
+def _boxed(contestant: Contestant) -> str:
+    """The joints whose true box a model is given when it is scored, in words; empty = none."""
+    if set(contestant.box_joints) == set(contestant.joints):
+        return "all joints"
+    return ", ".join(name.replace("_", " ") for name in contestant.box_joints)
 
 
 def _scores(source: Source, scoring: Scoring, document: dict) -> Iterator[Score]:

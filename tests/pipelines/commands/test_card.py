@@ -57,3 +57,26 @@ def test_a_model_that_does_not_say_what_it_learned_from_has_no_card(model, toy_c
     assert main(["card", str(bare), str(toy_corpus.path)]) == 1
     assert "does not say what it was trained on" in capsys.readouterr().err
     assert not bare.with_suffix(".md").exists()
+
+
+def test_a_card_of_walks_tells_that_they_are_given_a_box(model, toy_corpus, tmp_path):
+    out = tmp_path / "walks.safetensors"
+    small = ("--n-trees", "1", "--n-points", "10", "--growth.max-depth", "4", "--growth.n-candidates", "10")
+    command = ["train", "rwf", str(toy_corpus.path), "--out", str(out), "--max-frames", "20", "--sensor", "ideal"]
+    assert main([*command, "--no-learn-skeleton", *small]) == 0
+    cards = []
+    for path in (out, model):
+        written = tmp_path / "card.md"
+        assert main(["card", str(path), str(toy_corpus.path), "--limit", "3", "--out", str(written)]) == 0
+        cards.append(written.read_text())
+    assert "A random walk forest that finds" in cards[0]
+    told = "told where the person is: a box around the true places of head, neck, torso, r shoulder, l shoulder, as by"
+    assert told in cards[0]
+    assert "told where the person is" not in cards[1]
+
+
+def test_a_model_of_another_kind_has_no_card(toy_corpus, tmp_path, capsys):
+    write_model(tmp_path / "m", "people-finder", {}, {})
+    assert main(["card", str(tmp_path / "m"), str(toy_corpus.path)]) == 1
+    [line] = capsys.readouterr().err.strip().splitlines()
+    assert "holds a model of kind 'people-finder'; known are oarf, rwf, heatmap" in line

@@ -70,4 +70,5 @@ def test_a_net_has_a_card_as_a_forest_has(trained, toy_corpus, tmp_path):
     out = tmp_path / "card.md"
     assert main(["card", str(trained), str(toy_corpus.path), "--limit", "5", "--out", str(out)]) == 0
     assert "No recorded frame was learned from." in out.read_text()
+    assert "a box around the true places of all joints" in out.read_text()
     assert "| trees |" not in out.read_text()
