@@ -12,8 +12,10 @@ from pipelines.errors import UserError, in_words
 
 T = TypeVar("T")
 
-CONNECT_S = 5.0
+CONNECT_S = 10.0
 """How long a scheduler has to answer [s]."""
+_RESULT_S = 300.0
+"""How long what a finished task gave may be on its way [s]; a scheduler that is gone is known before."""
 WAIT_S = 60.0
 """How long a scheduler may be without any worker [s]: at the start, and while work is left."""
 _LOCAL = "local:"
@@ -239,7 +241,7 @@ def _result(future: Any) -> Any:
     import distributed
 
     try:
-        return future.result(timeout=CONNECT_S)
+        return future.result(timeout=_RESULT_S)
     except UserError:
         raise
     except distributed.KilledWorker:
