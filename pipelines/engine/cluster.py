@@ -12,6 +12,8 @@ from pipelines.errors import UserError, in_words
 
 T = TypeVar("T")
 
+DROP_S = 15.0
+"""How long tasks at work are waited for when a run has failed [s]."""
 CONNECT_S = 10.0
 """How long a scheduler has to answer [s]."""
 _RESULT_S = 300.0
@@ -196,10 +198,25 @@ class _Hand(Generic[T]):
         return [(future, self._running.pop(future)[1]) for future in ended]
 
     def drop(self) -> None:
-        """Forgets what is in flight; tasks at work end, those that wait are not begun."""
+        """Forgets what is in flight; those that wait are not begun, and tasks at work end before this returns.
+
+        Otherwise a next run in the same folder would meet the files that they are writing. A worker has one thread,
+        so that it comes to the task that does nothing when it has ended the one at work.
+        """
+        import distributed
+
         if self._running and self._client.status == "running":
             with contextlib.suppress(Exception):
                 self._client.cancel(list(self._running), force=True)
+                ends = [
+                    self._client.submit(_nothing, key=f"{self._name}-end-{k}", workers=[worker])
+                    for k, worker in enumerate(self._cluster.workers)
+                ]
+                distributed.wait(ends, timeout=DROP_S)
+
+
+def _nothing() -> None:
+    pass
 
 
 class Called(Generic[T]):

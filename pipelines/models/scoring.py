@@ -78,8 +78,7 @@ def score_model(
         All scores as JSON values, see docs/metrics.md.
 
     Raises:
-        UserError: No such sensor for the corpus, settings that do not concern it, or no frames or people are left to
-            be scored.
+        UserError: No such sensor, settings that do not concern the corpus, or nobody is left to be scored.
     """
     _check(corpus, scoring)
     if not scoring.pixels:
@@ -92,8 +91,8 @@ def score_model(
     frames = frames_shown(corpus, indices, scoring.sensor, place)
     if not len(frames):
         raise UserError(f"{corpus.path} has nobody in the split {scoring.split} who ought to be found")
-    results, confusion = _answers(_labelling(contestant, frames.labels), frames, n_threads)
     context = _context(about, corpus, scoring)
+    results, confusion = _answers(_labelling(contestant, frames.labels), frames, n_threads)
     if rows is not None:
         write_results(rows, [results], context)
     weights, by_clip = _weights(corpus, indices, frames, results, scoring)
@@ -103,8 +102,8 @@ def score_model(
     document["pixels"] = None if confusion is None else pixel_values(confusion)
     document["joint_offsets"] = None
     if len(learning):
-        without_pixels = replace(contestant, labeller=None)
-        taught, _ = _answers(without_pixels, CorpusFrames(corpus, learning, scoring.sensor), n_threads)
+        known = CorpusFrames(corpus, learning, scoring.sensor)
+        taught, _ = _answers(replace(contestant, labeller=None), known, n_threads)
         document["joint_offsets"] = _with_offsets(corpus, taught, results, weights)
     return document
 

@@ -10,7 +10,7 @@ STEP = 1 / 30
 
 def walked(config=None, n=90, hidden=15, swing=0.0):
     """Four joints that go along x with 0.9 m/s, the last also along y; (truth, smoothed) of the hidden steps."""
-    smoother = SkeletonSmoother(config)
+    smoother = SkeletonSmoother(config or SmoothingConfig())
     speed = np.array([[0.9, 0.0, 0.0]] * 3 + [[0.9, swing, 0.0]])
     truth, smooth = [], []
     for step in range(n + hidden):

@@ -10,7 +10,7 @@ BUCKET = "undergrowth"
 
 @contextlib.contextmanager
 def s3_server(cache):
-    """Runs moto's server; s3://undergrowth is an empty bucket there."""
+    """Runs moto's server; gives the URL of an empty bucket there."""
     pytest.importorskip("s3fs", reason="undergrowth[remote] is not installed")
     server_of = pytest.importorskip("moto.server", reason="moto is not installed")
     import s3fs
@@ -27,10 +27,13 @@ def s3_server(cache):
     }
     before = {name: os.environ.get(name) for name in environment}
     os.environ.update(environment)
+    s3fs.S3FileSystem.clear_instance_cache()  # which keeps clients of an earlier server
+    bucket = f"{BUCKET}-{port}"  # all servers of a process share their buckets
     try:
-        s3fs.S3FileSystem().mkdir(BUCKET)
-        yield f"s3://{BUCKET}"
+        s3fs.S3FileSystem().mkdir(bucket)
+        yield f"s3://{bucket}"
     finally:
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
         server.stop()
+        s3fs.S3FileSystem.clear_instance_cache()

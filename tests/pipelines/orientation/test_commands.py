@@ -114,7 +114,7 @@ def test_scores_have_intervals_and_groups_that_add_up(trained, toy_corpus, capsy
 def test_what_is_for_joints_is_refused(trained, toy_corpus, option, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", str(trained), str(toy_corpus.path), *option]) == 1
-    assert "is an orientation net; --rows and --joint-offsets are for joints" in error_line(capsys)
+    assert "is an orientation net; --rows, --joint-offsets and --found are for joints" in error_line(capsys)
 
 
 def test_predictions_are_files_and_arrows(trained, toy_corpus, tmp_path, capsys):
