@@ -3,6 +3,7 @@
 import contextlib
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -334,7 +335,10 @@ def free_port():
 
 @contextlib.contextmanager
 def running(words, **how):
+    # Who runs the tests in the background may have them ignore SIGINT, which children would inherit.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **how)
+    signal.signal(signal.SIGINT, before)
     try:
         yield process
     finally:
