@@ -2,7 +2,8 @@
 
 A leaf keeps the offsets of body samples and of object samples apart. Leaving out one of the two, and tuning anew
 how far votes may come from and how wide the kernel is, shows what the other knows by itself. What both together
-add to the body's votes is the most that the objects' pixels, and so their classes' names, can be worth.
+add to the body's votes is the most that the objects' pixels, and so their classes' names, can be worth. Files of format
+version 2 hold no votes that are longer than their tuning lets vote, so that tuning anew can only shorten them.
 
     python benchmarks/audit_votes.py --corpus DIR --model FILE [--model FILE ...] [--limit 0] [--threads 2]
 """

@@ -58,7 +58,7 @@ def upper_body(model: RWFModel) -> RWFModel:
     return replace(
         model,
         joints=model.joints[:n],
-        experts=model.experts[:n],
+        experts=model.experts._replace(trees=model.experts.trees[:n]),
         plan=plan,
         limbs=limbs,
         weights=model.weights[:, :n],
@@ -154,7 +154,7 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
     print(f"limbs as they come        {score(model, views, is_occluded, is_fitted=False)}")
     for offset in OFFSETS_M:
         print(f"start off by {100 * offset:3.0f} cm       {score(model, views, is_occluded, offset, seed)}")
-    plan, n_trees = model.plan, len(model.experts[0])
+    plan, n_trees = model.plan, len(model.experts.trees[0])
     for n_walks, n_steps in ((8, 3), (16, 3), (32, 1), (32, 2), (32, 3), (32, 5), (64, 3)):
         arriving = np.minimum(plan.n_arriving, n_steps - 1).astype(np.int32)
         counts = np.full_like(plan.n_walks, n_walks)
@@ -162,7 +162,8 @@ def report_accuracy(model: RWFModel, views: list[View], is_occluded: np.ndarray,
         print(f"{n_walks:3d} walkers, {n_steps:2d} steps     {score(changed, views, is_occluded)}")
     for trees in ([tree] for tree in range(n_trees)), (range(n) for n in range(2, n_trees + 1)):
         for kept in map(list, trees):
-            experts = tuple(tuple(own[tree] for tree in kept) for own in model.experts)
+            trees_kept = tuple(tuple(own[tree] for tree in kept) for own in model.experts.trees)
+            experts = model.experts._replace(trees=trees_kept)
             changed = replace(model, experts=experts, plan=plan._replace(gate_m=plan.gate_m[:, kept]))
             print(f"trees {', '.join(map(str, kept)):20s}{score(changed, views, is_occluded)}")
 

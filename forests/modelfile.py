@@ -14,7 +14,7 @@ class ModelFileError(ValueError):
     """A file that is no model, or none that can be used. The message is one sentence that names the file."""
 
 
-FORMAT = DigestedFormat("undergrowth model", 1, "model file", ModelFileError)
+FORMAT = DigestedFormat("undergrowth model", 2, "model file", ModelFileError, older=(1,))
 
 
 def write_model(path: Path, kind: str, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
@@ -80,6 +80,12 @@ def take_array(
         wanted = ", ".join("any" if n is None else str(n) for n in shape)
         raise ValueError(f"array {name} is {values.dtype} {values.shape}, must be {np.dtype(dtype)} ({wanted})")
     return values
+
+
+def arrays_of_tree(arrays: Mapping[str, np.ndarray], number: int) -> dict[str, np.ndarray]:
+    """The arrays of one tree by their names in it."""
+    prefix = f"tree{number}."
+    return {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
 
 
 @contextlib.contextmanager

@@ -1,12 +1,13 @@
 """A trained tree: one flat structured array, breadth first; checked, as a model file holds it, and kept."""
 
 from collections.abc import Mapping
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from forests.features import FEATURE_LIMIT_MM
 from forests.modelfile import take_array
 
 TreeT = TypeVar("TreeT")
@@ -116,8 +117,43 @@ def pack_nodes(nodes: NDArray) -> dict[str, np.ndarray]:
     }
 
 
+def pack_inner_nodes(nodes: NDArray) -> dict[str, np.ndarray]:
+    """Arrays of nodes by name, without what follows from their order: less than half as large.
+
+    Raises:
+        ValueError: Nodes that are not breadth first, or leaves that are not numbered in their order.
+    """
+    inner = nodes[nodes["leaf"] < 0]
+    return {
+        "is_leaf": bits_of(nodes),
+        "probe": np.concatenate([inner["u"], inner["v"]], axis=1),
+        "threshold": narrow_thresholds(inner["threshold"]),
+    }
+
+
+def narrow_thresholds(threshold: NDArray[np.int32]) -> NDArray[np.int16]:
+    """Thresholds that decide alike [mm]: no feature is beyond FEATURE_LIMIT_MM."""
+    return np.clip(threshold, -FEATURE_LIMIT_MM - 1, FEATURE_LIMIT_MM).astype(np.int16)
+
+
+def _unpack_inner_nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
+    threshold = take_array(arrays, "threshold", np.int16, (None,))
+    probe = take_array(arrays, "probe", np.float32, (len(threshold), 4))
+    is_leaf, left = shape_of(take_array(arrays, "is_leaf", np.uint8, (None,)), len(threshold))
+    if not (np.abs(probe) <= LONGEST_PROBE_M).all():
+        raise ValueError(f"offsets of probes must be within {LONGEST_PROBE_M} m")
+    nodes = np.zeros(len(left), NODE_DTYPE)
+    nodes["left"], nodes["leaf"] = left, -1
+    nodes["threshold"] = LEAF_THRESHOLD
+    inner, leaves = np.flatnonzero(is_leaf == 0), np.flatnonzero(is_leaf)
+    nodes["u"][inner], nodes["v"][inner] = probe[:, :2], probe[:, 2:]
+    nodes["threshold"][inner] = threshold
+    nodes["leaf"][leaves] = np.arange(len(leaves))
+    return nodes
+
+
 def unpack_nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
-    """Undoes `pack_nodes`; checked so that no descent leaves the array.
+    """Undoes `pack_nodes` and `pack_inner_nodes`; checked so that no descent leaves the array.
 
     Returns:
         (n_nodes,) of NODE_DTYPE.
@@ -125,6 +161,8 @@ def unpack_nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
     Raises:
         ValueError: Anything missing, of another shape, or out of its range.
     """
+    if "left" not in arrays:
+        return _unpack_inner_nodes(arrays)
     left = take_array(arrays, "left", np.int32, (None,))
     n = len(left)
     offsets = take_array(arrays, "offsets", np.float32, (n, 4))
@@ -139,3 +177,53 @@ def unpack_nodes(arrays: Mapping[str, np.ndarray]) -> NDArray:
     if np.abs(offsets).max(initial=0.0) > LONGEST_PROBE_M:
         raise ValueError(f"offsets of probes must be within {LONGEST_PROBE_M} m")
     return nodes
+
+
+class Shape(NamedTuple):
+    """Which nodes of a tree are whose children.
+
+    Attributes:
+        is_leaf: (n_nodes,) uint8, 1 = leaf; nodes breadth first, leaves numbered in this order.
+        left: (n_nodes,) int32: the children of inner node k of those in order are 2k + 1 and 2k + 2; a leaf names
+            itself.
+    """
+
+    is_leaf: NDArray[np.uint8]
+    left: NDArray[np.int32]
+
+
+def shape_of(bits: NDArray[np.uint8], n_inner: int) -> Shape:
+    """The shape of a tree whose nodes are told breadth first; any bits make a tree or are refused.
+
+    Args:
+        bits: (ceil(n_nodes / 8),) uint8, which of the n_nodes = 2 * n_inner + 1 nodes are leaves, the
+            highest bit first.
+        n_inner: Nodes that are none.
+
+    Raises:
+        ValueError: Bits that are no tree.
+    """
+    n_nodes = 2 * n_inner + 1
+    is_leaf = np.unpackbits(bits)
+    if len(bits) != -(-n_nodes // 8) or is_leaf[n_nodes:].any():
+        raise ValueError(f"the bits of {n_nodes} nodes are {len(bits)} bytes, or set beyond them")
+    is_leaf = is_leaf[:n_nodes]
+    numbers = np.arange(n_nodes, dtype=np.int32)
+    left = 2 * np.cumsum(1 - is_leaf, dtype=np.int32) - 1
+    if int(is_leaf.sum()) != n_inner + 1 or (left <= numbers)[is_leaf == 0].any():
+        raise ValueError("a node's children do not follow it: the bits of the leaves are no tree")
+    return Shape(is_leaf, np.where(is_leaf, numbers, left))
+
+
+def bits_of(nodes: NDArray) -> NDArray[np.uint8]:
+    """Undoes `shape_of`: (ceil(n_nodes / 8),) uint8 of the (n_nodes,) nodes of NODE_DTYPE of a tree.
+
+    Raises:
+        ValueError: Nodes that are not breadth first, or leaves that are not numbered in their order.
+    """
+    is_leaf = nodes["leaf"] >= 0
+    bits = np.packbits(is_leaf)
+    is_ordered = np.array_equal(nodes["leaf"][is_leaf], np.arange(is_leaf.sum()))
+    if not is_ordered or not np.array_equal(shape_of(bits, len(nodes) // 2).left, nodes["left"]):
+        raise ValueError("the nodes of a tree must come breadth first, its leaves numbered in their order")
+    return bits

@@ -46,10 +46,11 @@ class DigestedFormat:
 
     Attributes:
         name: As the files have it, such as "undergrowth model".
-        version: Files of other versions are refused.
+        version: Of the files that are written.
         noun: What errors call such a file: "model file".
         error: What is raised for a file that cannot be used; its message is one sentence that names the file.
         remedy: What to do about a file of another version, as the end of a sentence; "" if nothing can be.
+        older: Versions that are read besides; those of any other are refused.
     """
 
     name: str
@@ -57,6 +58,7 @@ class DigestedFormat:
     noun: str
     error: type[ValueError]
     remedy: str = ""
+    older: tuple[int, ...] = ()
 
     @property
     def content(self) -> str:
@@ -231,9 +233,10 @@ def _read_document(path: Path, form: DigestedFormat) -> dict[str, Any]:
 
 def _refuse_others(path: Path, form: DigestedFormat, document: dict[str, Any], kind: str | None) -> None:
     version, given = document.get("format_version"), document.get("kind")
-    if version != form.version:
+    if version not in (form.version, *form.older):
         remedy = f"; {form.remedy}" if form.remedy else ""
-        raise form.error(f"{path} has format version {version}; this program reads version {form.version}{remedy}")
+        read = " and ".join(map(str, sorted((form.version, *form.older))))
+        raise form.error(f"{path} has format version {version}; this program reads version {read}{remedy}")
     if not isinstance(given, str) or not isinstance(document.get("metadata"), dict):
         raise form.error(f"{path} is damaged: its metadata is incomplete")
     if kind is not None and given != kind:

@@ -23,7 +23,7 @@ from forests.oarf.tune import untuned
 from forests.rwf.clusters import leaf_clusters
 from forests.rwf.model import ExpertTree, WalkPlan
 from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
-from forests.rwf.tables import walk_tables
+from forests.rwf.tables import pack_experts, walk_tables
 from forests.rwf.walk import walk_skeleton
 from forests.samples import Samples, TrainingSet, draw_pixels
 from forests.skeleton.answers import edges_of
@@ -108,7 +108,7 @@ def walk() -> None:
     points = draw_way_points(crops, joint, start, gate, 80, 0.5, 0.3, 0.1, 0, 0)
     grown = grow_direction_tree(crops, points.samples, growth_targets(points.offsets, 0.5), GROWTH, 0, 0, 1)
     tree = ExpertTree(grown.nodes, *leaf_clusters(grown, points.offsets, 2, 0.1))
-    tables, one = walk_tables(((tree,),)), np.ones(1, np.float32)
+    tables, one = walk_tables(pack_experts(((tree,),))), np.ones(1, np.float32)
     root, none, metres, n_walks = np.zeros(1, np.int32), np.int32([-1]), 0.1 * one, np.int32([3])
     plan = WalkPlan(root, none, metres, metres, np.int32([1]), gate[None, None], n_walks, 5)
     ends, said, edges = (

@@ -111,6 +111,23 @@ def pack_leaves(table: LeafTable) -> PackedLeaves:
     )
 
 
+def voting(leaves: PackedLeaves, max_offset_m: NDArray[np.float32]) -> PackedLeaves:
+    """A packed table without the votes that are longer than lambda_j, (n_joints,) float32 [m]: those never vote."""
+    size = math.prod(leaves.shape)
+    places = np.flatnonzero(np.unpackbits(leaves.has_vote, count=size))
+    x, y, z = (leaves.vote / np.float32(1e3)).T
+    limit = np.asarray(max_offset_m, np.float32)[places // leaves.shape[3] % leaves.shape[2]]
+    is_kept = (np.sqrt(x * x + y * y + z * z) <= limit) & (leaves.weight > 0)
+    has_vote = np.zeros(size, np.bool_)
+    has_vote[places[is_kept]] = True
+    return leaves._replace(
+        has_vote=np.packbits(has_vote),
+        vote=leaves.vote[is_kept],
+        weight=leaves.weight[is_kept],
+        facing=leaves.facing[is_kept] if len(leaves.facing) else leaves.facing,
+    )
+
+
 def _packed_facing(facing: NDArray[np.float32] | None, is_kept: NDArray[np.bool_]) -> NDArray[np.int8]:
     if facing is None:
         return np.empty((0, 2), np.int8)

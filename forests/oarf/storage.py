@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from forests.frames import LabelTable
-from forests.modelfile import naming_file, read_model, take_array, write_model
+from forests.modelfile import arrays_of_tree, naming_file, read_model, take_array, write_model
 from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.evidence import TERMS
 from forests.oarf.model import ForestTree, OARFModel, Tuning
-from forests.oarf.packed import PackedLeaves, check_leaves
+from forests.oarf.packed import PackedLeaves, check_leaves, voting
 from forests.records import from_json, to_json
 from forests.skeleton.storage import pack_skeleton, unpack_skeleton
-from forests.tree import pack_nodes, unpack_nodes
+from forests.tree import pack_inner_nodes, pack_nodes, unpack_nodes
 
 KIND = "oarf"
 
@@ -55,10 +55,12 @@ def load_model(path: Path) -> OARFModel:
 
 
 def pack_model(model: OARFModel) -> dict[str, np.ndarray]:
-    """A forest's arrays as a model file holds them."""
+    """A forest's arrays as a model file holds them: without the votes that are too long to be cast."""
     arrays: dict[str, np.ndarray] = {f"tuning.{name}": values for name, values in vars(model.tuning).items()}
     for number, tree in enumerate(model.trees):
-        arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+        leaves = voting(tree.leaves, model.tuning.max_offset_m)
+        packed = pack_inner_nodes(tree.nodes) | _pack_leaves(tree._replace(leaves=leaves))
+        arrays |= {f"tree{number}.{name}": values for name, values in packed.items()}
     if model.context is not None:
         arrays |= {_CONTEXT + name: values for name, values in pack_model(model.context).items()}
     return arrays | pack_skeleton(model.skeleton)
@@ -74,9 +76,7 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     labels = from_json(LabelTable, metadata.get("labels"))
     trees = []
     for number in range(config.n_trees):
-        prefix = f"tree{number}."
-        own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
-        trees.append(unpack_tree(own, labels, config))
+        trees.append(unpack_tree(arrays_of_tree(arrays, number), labels, config))
     classes = ClassTable.of(labels, config.mode)
     tuning, skeleton = _tuning(arrays, labels.n_joints), unpack_skeleton(arrays, labels.joints)
     first = {name.removeprefix(_CONTEXT): arrays[name] for name in arrays if name.startswith(_CONTEXT)}
@@ -87,15 +87,19 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
 
 
 def pack_tree(tree: ForestTree) -> dict[str, np.ndarray]:
-    """A tree's arrays as a model file holds them."""
+    """A tree's arrays as files hold it while training runs, with all its votes."""
+    return pack_nodes(tree.nodes) | _pack_leaves(tree)
+
+
+def _pack_leaves(tree: ForestTree) -> dict[str, np.ndarray]:
     further: dict[str, np.ndarray] = {"facing": tree.leaves.facing} if len(tree.leaves.facing) else {}
     if tree.hints is not None:
         further["hints"] = tree.hints
-    return pack_nodes(tree.nodes) | {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS} | further
+    return {name: getattr(tree.leaves, name) for name in _LEAF_ARRAYS} | further
 
 
 def unpack_tree(arrays: Mapping[str, np.ndarray], labels: LabelTable, config: OARFConfig) -> ForestTree:
-    """Undoes `pack_tree`.
+    """Undoes `pack_tree`, and what `pack_model` does with a tree.
 
     Args:
         arrays: The tree's.

@@ -12,7 +12,7 @@ from forests.skeleton.model import SkeletonModel
 
 
 class ExpertTree(NamedTuple):
-    """One tree of one joint's expert.
+    """One tree of one joint's expert, as it was grown.
 
     Attributes:
         nodes: (n_nodes,) of NODE_DTYPE.
@@ -25,6 +25,41 @@ class ExpertTree(NamedTuple):
     offset: NDArray[np.float32]
     share: NDArray[np.float32]
     spread: NDArray[np.float32]
+
+
+class PackedTree(NamedTuple):
+    """One tree in 16-bit numbers, as it is kept.
+
+    Attributes:
+        is_leaf: (ceil(n_nodes / 8),) uint8, a bit a node, breadth first (`forests.tree.shape_of`).
+        probe: (n_inner, 4) int16, offsets ux, uy, vx, vy of the nodes that are no leaves, in units.
+        threshold: (n_inner,) int16, theirs [mm].
+        vote: (n_votes, 4) int16, offsets x, y, z to the joint in units and weight, leaf after leaf: one vote a
+            cluster.
+        is_last: (ceil(n_votes / 8),) uint8, a bit a vote: the last of its leaf.
+    """
+
+    is_leaf: NDArray[np.uint8]
+    probe: NDArray[np.int16]
+    threshold: NDArray[np.int16]
+    vote: NDArray[np.int16]
+    is_last: NDArray[np.uint8]
+
+
+class Experts(NamedTuple):
+    """All experts' trees.
+
+    Attributes:
+        trees: Of each joint.
+        probe_m: Unit of the probes' offsets [m].
+        offset_m: Unit of the votes' offsets [m].
+        n_clusters: Votes of a leaf, at most.
+    """
+
+    trees: tuple[tuple[PackedTree, ...], ...]
+    probe_m: np.float32
+    offset_m: np.float32
+    n_clusters: int
 
 
 class WalkPlan(NamedTuple):
@@ -73,7 +108,7 @@ class RWFModel:
         config: How it was trained; its `joints` name those that were learned, if not all that were wanted.
         labels: The training frames' labels and joints.
         joints: Names of the experts' joints, in the order of every joint array of its answers.
-        experts: The trees of each joint.
+        experts: The trees of all joints.
         plan: How the experts walk.
         limbs: Ranges of the limbs' lengths in the training frames.
         weights: (n_outcomes, n_joints, n_terms) float32, logistic regressions of what is in `evidence.OUTCOMES` on
@@ -84,7 +119,7 @@ class RWFModel:
     config: RWFConfig
     labels: LabelTable
     joints: tuple[str, ...]
-    experts: tuple[tuple[ExpertTree, ...], ...]
+    experts: Experts
     plan: WalkPlan
     limbs: Limbs
     weights: NDArray[np.float32]

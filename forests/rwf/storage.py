@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from forests.frames import LabelTable
-from forests.modelfile import naming_file, read_model, take_array, write_model
+from forests.modelfile import arrays_of_tree, naming_file, read_model, take_array, write_model
 from forests.records import from_json, to_json
 from forests.rwf.config import MOST_WALKS, RWFConfig
 from forests.rwf.evidence import OUTCOMES, TERMS
-from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
+from forests.rwf.model import Experts, ExpertTree, Limbs, PackedTree, RWFModel, WalkPlan
 from forests.rwf.skeleton import chosen_joints
+from forests.rwf.tables import WEIGHT_ONE, pack_experts
 from forests.skeleton.storage import pack_skeleton, unpack_skeleton
-from forests.tree import pack_nodes, unpack_nodes
+from forests.tree import LONGEST_PROBE_M, pack_nodes, shape_of, unpack_nodes
 
 KIND = "rwf"
 _FARTHEST_M = 10.0
@@ -56,8 +57,9 @@ def pack_model(model: RWFModel) -> dict[str, np.ndarray]:
     arrays: dict[str, np.ndarray] = {f"plan.{name}": getattr(model.plan, name) for name in _PLAN}
     arrays |= {f"limbs.{name}": values for name, values in model.limbs._asdict().items()}
     arrays["weights"] = model.weights
-    for number, tree in enumerate(tree for trees in model.experts for tree in trees):
-        arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    arrays["units"] = np.array([model.experts.probe_m, model.experts.offset_m], np.float32)
+    for number, tree in enumerate(tree for trees in model.experts.trees for tree in trees):
+        arrays |= {f"tree{number}.{name}": values for name, values in tree._asdict().items()}
     return arrays | pack_skeleton(model.skeleton)
 
 
@@ -70,12 +72,7 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     config = from_json(RWFConfig, metadata.get("config"))
     labels = from_json(LabelTable, metadata.get("labels"))
     joints = tuple(labels.joints[place] for place in chosen_joints(labels.joints, config.joints))
-    trees = []
-    for number in range(len(joints) * config.n_trees):
-        prefix = f"tree{number}."
-        own = {name.removeprefix(prefix): values for name, values in arrays.items() if name.startswith(prefix)}
-        trees.append(unpack_tree(own, labels, config))
-    experts = tuple(tuple(trees[j * config.n_trees : (j + 1) * config.n_trees]) for j in range(len(joints)))
+    experts = _experts(arrays, config, len(joints), labels)
     plan = _plan(arrays, metadata.get("walk"), len(joints), config.n_trees)
     weights = take_array(arrays, "weights", np.float32, (len(OUTCOMES), len(joints), len(TERMS)))
     if np.isinf(weights).any():
@@ -84,8 +81,40 @@ def unpack_model(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) 
     return RWFModel(config, labels, joints, experts, plan, _limbs(arrays, plan), weights, skeleton)
 
 
+def _experts(arrays: Mapping[str, np.ndarray], config: RWFConfig, n_joints: int, labels: LabelTable) -> Experts:
+    n_trees = config.n_trees
+    own = [arrays_of_tree(arrays, number) for number in range(n_joints * n_trees)]
+    if "units" not in arrays:  # a file of version 1, which holds the trees as they were grown
+        grown = [unpack_tree(each, labels, config) for each in own]
+        return pack_experts(tuple(tuple(grown[j * n_trees : (j + 1) * n_trees]) for j in range(n_joints)))
+    units = take_array(arrays, "units", np.float32, (2,))
+    for unit, longest in zip(units, (LONGEST_PROBE_M, _FARTHEST_M), strict=True):
+        if not 0.0 < unit * WEIGHT_ONE <= 1.001 * longest:
+            raise ValueError(f"units must be above 0 and at most {longest} m / {WEIGHT_ONE}, not {unit} m")
+    trees = [_packed_tree(each, config.n_clusters) for each in own]
+    by_joint = tuple(tuple(trees[j * n_trees : (j + 1) * n_trees]) for j in range(n_joints))
+    return Experts(by_joint, units[0], units[1], config.n_clusters)
+
+
+def _packed_tree(arrays: Mapping[str, np.ndarray], n_clusters: int) -> PackedTree:
+    threshold = take_array(arrays, "threshold", np.int16, (None,))
+    vote = take_array(arrays, "vote", np.int16, (None, 4))
+    is_leaf = take_array(arrays, "is_leaf", np.uint8, (None,))
+    is_last = take_array(arrays, "is_last", np.uint8, (-(-len(vote) // 8),))
+    probe = take_array(arrays, "probe", np.int16, (len(threshold), 4))
+    shape_of(is_leaf, len(threshold))
+    ends = np.flatnonzero(np.unpackbits(is_last))
+    if len(ends) != len(threshold) + 1 or ends[-1] != len(vote) - 1:
+        raise ValueError(f"is_last must name the last votes of {len(threshold) + 1} leaves and end with a vote")
+    if np.diff(ends, prepend=-1).max() > n_clusters:
+        raise ValueError(f"a leaf has more than {n_clusters} votes")
+    if (vote[:, 3] <= 0).any():
+        raise ValueError("the weights of votes must be above 0")
+    return PackedTree(is_leaf, probe, threshold, vote, is_last)
+
+
 def pack_tree(tree: ExpertTree) -> dict[str, np.ndarray]:
-    """A tree's arrays as a model file holds them."""
+    """A grown tree's arrays as files hold it while training runs."""
     return pack_nodes(tree.nodes) | {"offset": tree.offset, "share": tree.share, "spread": tree.spread}
 
 

@@ -21,6 +21,7 @@ from forests.rwf.points import draw_way_points, farthest_behind, growth_targets
 from forests.rwf.predict import Predictor
 from forests.rwf.skeleton import chosen_joints, measure_limbs, starts_of
 from forests.rwf.start import seen_box, start_point
+from forests.rwf.tables import pack_experts
 from forests.rwf.tune import tune
 from forests.samples import image_of
 from forests.skeleton.answers import Answers, Truth, View, answers_of, cut_frame, edges_of
@@ -156,7 +157,7 @@ def train_forest(
     plan = _untuned(config, names, parents, gates)
     limbs = measure_limbs(learned.joints, parents, config.limb_share)
     weights = np.full((len(OUTCOMES), len(names), len(TERMS)), np.nan, np.float32)
-    model = RWFModel(config, frames.labels, names, experts, plan, limbs, weights)
+    model = RWFModel(config, frames.labels, names, pack_experts(experts), plan, limbs, weights)
     if validation is not None and len(validation):
         model = tune(model, validation)
     on_progress(1.0)

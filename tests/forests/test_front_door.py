@@ -25,6 +25,7 @@ from forests.rwf.evidence import OUTCOMES, TERMS
 from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
 from forests.rwf.predict import Predictor as RWFPredictor
 from forests.rwf.storage import save_model as save_walks
+from forests.rwf.tables import pack_experts
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
 
 CAMERA = Intrinsics(100.0, 100.0, 15.5, 11.5)
@@ -87,7 +88,7 @@ def random_walk_forest() -> RWFModel:
     limbs = Limbs(none, np.tile(np.float32([0, np.inf]), (2, 1)))
     weights = np.full((len(OUTCOMES), 2, len(TERMS)), np.nan, np.float32)
     config = RWFConfig(n_trees=1, n_clusters=1)
-    return RWFModel(config, LABELS, LABELS.joints, ((tree,), (tree,)), plan, limbs, weights)
+    return RWFModel(config, LABELS, LABELS.joints, pack_experts(((tree,), (tree,))), plan, limbs, weights)
 
 
 @pytest.fixture(params=sorted(KINDS))

@@ -15,13 +15,14 @@ from forests.oarf.classes import ClassTable
 from forests.oarf.config import OARFConfig
 from forests.oarf.evidence import TERMS
 from forests.oarf.model import ForestTree, OARFModel, Tuning
-from forests.oarf.packed import LeafTable, pack_leaves
+from forests.oarf.packed import LeafTable, pack_leaves, voting
 from forests.oarf.predict import Predictor
-from forests.oarf.storage import load_model, pack_model, pack_tree, save_model
+from forests.oarf.storage import load_model, pack_model, pack_tree, save_model, unpack_model
 from forests.oarf.tune import untuned
 from forests.records import from_json, to_json
 from forests.rwf.config import RWFConfig
-from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
+from forests.tree import LEAF_THRESHOLD, NODE_DTYPE, pack_inner_nodes
+from storage.digested import write_digested
 
 ARRAYS = {
     "depths": np.arange(24, dtype=np.int16).reshape(2, 3, 4),
@@ -100,7 +101,10 @@ def rewritten(path, **changes):
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS)), "no undergrowth model: it lacks the metadata"),
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS, {"undergrowth": "[]"})), "lacks the metadata"),
         (lambda p: p.write_bytes(safetensors.numpy.save(ARRAYS, {"undergrowth": "{" * 9**5})), "lacks the"),
-        (lambda p: rewritten(p, format_version=99), f"has format version 99; .* reads version {FORMAT.version}"),
+        (
+            lambda p: rewritten(p, format_version=99),
+            f"has format version 99; .* reads version 1 and {FORMAT.version}",
+        ),
         (lambda p: rewritten(p, kind="rwf"), "holds a model of kind 'rwf', must be 'oarf'"),
         (lambda p: rewritten(p, kind=None), "its metadata is incomplete"),
         (lambda p: rewritten(p, metadata=[]), "its metadata is incomplete"),
@@ -194,7 +198,8 @@ def test_a_saved_forest_is_the_one_in_memory_to_the_byte(model, path):
     for one, two in zip(loaded.trees, model.trees, strict=True):
         assert np.array_equal(one.nodes, two.nodes)
         assert one.leaves.shape == two.leaves.shape
-        assert same(pack_tree(one), pack_tree(two))
+        assert same(pack_tree(one), pack_tree(two._replace(leaves=voting(two.leaves, model.tuning.max_offset_m))))
+        assert 0 < len(one.leaves.weight) < len(two.leaves.weight)
     assert read_model(path).metadata["corpus"] == {"digest": "0"}
     first = path.read_bytes()
     save_model(path, loaded, {"corpus": {"digest": "0"}})
@@ -237,19 +242,20 @@ def changed(arrays, name, place, value):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda a: {n: v for n, v in a.items() if n != "tree1.left"}, "array left is missing"),
-        (lambda a: a | {"tree0.left": a["tree0.left"].astype(np.int64)}, r"left is int64 \(7,\), must be int32"),
+        (lambda a: {n: v for n, v in a.items() if n != "tree1.threshold"}, "array threshold is missing"),
+        (
+            lambda a: a | {"tree0.probe": a["tree0.probe"].astype(np.float64)},
+            r"probe is float64 \(3, 4\), must be",
+        ),
         (lambda a: a | {"tree0.vote": a["tree0.vote"][:-1]}, r"array vote is int16 \(\d+, 3\), must be int16"),
         (lambda a: a | {"tree0.has_vote": a["tree0.has_vote"][:-1]}, "array has_vote is uint8"),
-        (lambda a: changed(a, "tree0.left", 0, 0), "children do not follow it"),
-        (lambda a: changed(a, "tree0.left", 2, 6), "children do not follow it"),
-        (lambda a: changed(a, "tree0.left", 2, 2**31 - 1), "children do not follow it"),
-        (lambda a: changed(a, "tree0.left", 2, 3), "must be the child of one other"),
-        (lambda a: changed(a, "tree0.leaf", 3, 2), r"leaves must be numbered 0\.\.3"),
-        (lambda a: changed(a, "tree0.leaf", 1, -2), "neither a leaf nor a decision"),
-        (lambda a: changed(a, "tree0.threshold", 4, 7), "a leaf leads elsewhere"),
-        (lambda a: changed(a, "tree0.offsets", 1, np.nan), "offsets are not finite"),
-        (lambda a: changed(a, "tree0.offsets", 1, 1e30), "within 100.0 m"),
+        (lambda a: changed(a, "tree0.is_leaf", 0, 0b11110000), "children do not follow it"),
+        (lambda a: changed(a, "tree0.is_leaf", 0, 0b01100110), "children do not follow it"),
+        (lambda a: changed(a, "tree0.is_leaf", 0, 0b01111010), "children do not follow it"),
+        (lambda a: changed(a, "tree0.is_leaf", 0, 0b00011111), "set beyond them"),
+        (lambda a: a | {"tree0.is_leaf": np.zeros(2, np.uint8)}, "nodes are 2 bytes"),
+        (lambda a: changed(a, "tree0.probe", 1, np.nan), "within 100.0 m"),
+        (lambda a: changed(a, "tree0.probe", 1, 1e30), "within 100.0 m"),
         (lambda a: changed(a, "tree0.vote", 1, -32768), "within 32000 mm"),
         (lambda a: changed(a, "tree0.weight", 1, -1), "not below 0"),
         (lambda a: changed(a, "tree0.probability", 0, 0), "do not sum to 1"),
@@ -300,7 +306,7 @@ def test_a_forest_of_any_numbers_is_refused_or_answers(model, path):
         ({"config": {"mode": "semantic", "colour": 1}}, r"OARFConfig is \(colour, mode\)"),
         ({"n_trees": "2"}, "OARFConfig.n_trees is '2', must be int"),
         ({"n_trees": True}, "OARFConfig.n_trees is True, must be int"),
-        ({"n_trees": 3}, "array left is missing"),
+        ({"n_trees": 3}, "array threshold is missing"),
         ({"n_leaf_votes": 2**40}, "n_leaf_votes=1099511627776 must be in 1..100"),
         ({"n_leaf_votes": 50}, "array has_vote is uint8"),
         ({"mode": "baseline"}, "array has_class is uint8"),
@@ -327,6 +333,50 @@ def test_settings_that_a_file_of_an_earlier_version_lacks_take_their_defaults(mo
     del config["max_samples"]
     write_model(path, "oarf", pack_model(model), {"config": config, "labels": to_json(model.labels)})
     assert load_model(path).config == model.config
+
+
+def version_1(model):
+    """The arrays of a forest as files of version 1 held them."""
+    arrays = {name: values for name, values in pack_model(model).items() if not name.startswith("tree")}
+    for number, tree in enumerate(model.trees):
+        arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    return arrays
+
+
+def test_a_forest_of_version_1_answers_the_same(model, path):
+    metadata = {"config": to_json(model.config), "labels": to_json(model.labels)}
+    write_digested(path, replace(FORMAT, version=1), "oarf", version_1(model), metadata)
+    before = load_model(path)
+    assert all(same(pack_tree(one), pack_tree(two)) for one, two in zip(before.trees, model.trees, strict=True))
+    save_model(path, before)
+    one, two = (Predictor(item).predict(DEPTH, CAMERA) for item in (before, load_model(path)))
+    assert one.proposals.tobytes() == two.proposals.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda a: changed(a, "tree0.left", 0, 0), "children do not follow it"),
+        (lambda a: changed(a, "tree0.left", 2, 2**31 - 1), "children do not follow it"),
+        (lambda a: changed(a, "tree0.left", 2, 3), "must be the child of one other"),
+        (lambda a: changed(a, "tree0.leaf", 3, 2), r"leaves must be numbered 0\.\.3"),
+        (lambda a: changed(a, "tree0.leaf", 1, -2), "neither a leaf nor a decision"),
+        (lambda a: changed(a, "tree0.threshold", 4, 7), "a leaf leads elsewhere"),
+        (lambda a: changed(a, "tree0.offsets", 1, np.nan), "offsets are not finite"),
+        (lambda a: changed(a, "tree0.offsets", 1, 1e30), "within 100.0 m"),
+    ],
+)
+def test_no_file_of_version_1_makes_a_kernel_read_beyond_an_array(model, spoil, message):
+    metadata = {"config": to_json(model.config), "labels": to_json(model.labels)}
+    with pytest.raises(ValueError, match=message):
+        unpack_model(spoil(version_1(model)), metadata)
+
+
+def test_trees_that_are_not_breadth_first_are_not_packed():
+    nodes, _ = small_tree(1)
+    nodes["leaf"][3:] = [1, 0, 2, 3]
+    with pytest.raises(ValueError, match="breadth first"):
+        pack_inner_nodes(nodes)
 
 
 def test_metadata_of_a_model_cannot_be_overwritten(model, path):

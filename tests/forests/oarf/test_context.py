@@ -140,8 +140,8 @@ def test_both_forests_come_out_of_their_file(model, tmp_path):
     nested = {f"context.{name}": values for name, values in arrays.items() if name.startswith("context.")}
     with pytest.raises(ValueError, match="asks for labels itself"):
         unpack_model(arrays | nested, metadata)
-    first = {name: values for name, values in arrays.items() if name != "context.tree0.left"}
-    with pytest.raises(ValueError, match="array left is missing"):
+    first = {name: values for name, values in arrays.items() if name != "context.tree0.threshold"}
+    with pytest.raises(ValueError, match="array threshold is missing"):
         unpack_model(first, metadata)
 
 

@@ -9,6 +9,7 @@ from sklearn.base import clone
 from forests.frames import FrameBatch, FrameSubset, Intrinsics, LabelTable
 from forests.growing import GrowthConfig
 from forests.modelfile import ModelFileError
+from forests.records import to_json
 from forests.rwf.config import RWFConfig
 from forests.rwf.forest import RandomWalkForest
 from forests.rwf.predict import Predictor
@@ -176,7 +177,7 @@ def test_training_goes_on_from_its_checkpoint():
 def test_bodies_alone_or_some_joints_alone_can_be_learned():
     few = FrameSubset(TRAINING, tuple(range(20)))
     body = train(few, replace(CONFIG, layer="body"))
-    assert not np.array_equal(body.experts[2][0].nodes, train(few, CONFIG).experts[2][0].nodes)
+    assert not np.array_equal(body.experts.trees[2][0].probe, train(few, CONFIG).experts.trees[2][0].probe)
     some = train(few, replace(CONFIG, joints=("foot", "head")))
     assert some.joints == ("head", "foot")
     assert some.limbs.parent.tolist() == [-1, -1]
@@ -254,14 +255,16 @@ def test_a_saved_forest_is_the_same_forest(forest, tmp_path):
         ("limbs.length_m", (0, 0), np.nan),
         ("weights", (0, 0, 0), np.inf),
         ("weights", (2, 0, 0), -np.inf),
-        ("tree0.left", 0, 10**6),
-        ("tree0.leaf", -1, 10**6),
-        ("tree0.offsets", (0, 0), np.inf),
-        ("tree1.share", (0, 0), np.nan),
-        ("tree1.share", (0, 0), -1.0),
-        ("tree1.offset", (0, 0, 0), 50.0),
-        ("tree1.offset", (0, 0, 0), np.nan),
-        ("tree1.spread", (0, 0), -1.0),
+        ("tree0.is_leaf", 0, 255),
+        ("tree0.is_leaf", -1, 0),
+        ("tree1.is_last", 0, 255),
+        ("tree1.is_last", -1, 0),
+        ("tree1.vote", (0, 3), 0),
+        ("tree1.vote", (0, 3), -1),
+        ("units", 0, np.inf),
+        ("units", 0, np.nan),
+        ("units", 1, 1e-3),
+        ("units", 1, 0.0),
         ("plan.n_walks", 1, 0),
         ("plan.n_walks", 1, 5000),
     ],
@@ -279,9 +282,48 @@ def test_no_metadata_makes_a_walk_read_out_of_bounds(forest, walk):
         unpack_model(pack_model(forest.model_), metadata_of(forest) | {"walk": walk})
 
 
-def metadata_of(forest: RandomWalkForest) -> dict:
-    from forests.records import to_json
+def test_a_forest_of_version_1_is_the_same_forest():
+    grown = {}
 
+    class Store:
+        def load(self, tree):
+            return None
+
+        def save(self, tree, tree_grown):
+            grown[tree] = tree_grown
+
+    model = train(FrameSubset(TRAINING, tuple(range(20))), CONFIG, checkpoint=Store())
+    arrays = {n: values for n, values in pack_model(model).items() if n != "units" and not n.startswith("tree")}
+    for number, tree in grown.items():
+        arrays |= {f"tree{number}.{name}": values for name, values in pack_tree(tree).items()}
+    counts = {"n_steps": model.plan.n_steps}
+    metadata = {"config": to_json(model.config), "labels": to_json(LABELS), "walk": counts}
+    assert_same(unpack_model(arrays, metadata), model)
+    for name, place, value in (("left", 0, 10**6), ("offsets", (0, 0), np.inf), ("share", (0, 0), np.nan)):
+        damaged = arrays[f"tree0.{name}"].copy()
+        damaged[place] = value
+        with pytest.raises(ValueError, match=r"\w"):
+            unpack_model(arrays | {f"tree0.{name}": damaged}, metadata)
+
+
+def test_bits_that_are_no_forest_are_refused_or_walked(forest):
+    """Random bytes in what tells the shape: every descent ends, or the file is refused."""
+    rng = np.random.default_rng(3)
+    arrays, n_refused = pack_model(forest.model_), 0
+    for _ in range(60):
+        name = str(rng.choice(["tree0.is_leaf", "tree0.is_last", "tree2.is_leaf"]))
+        damaged = arrays[name].copy()
+        damaged[rng.integers(len(damaged), size=2)] ^= rng.integers(1, 256, 2, np.uint8)
+        try:
+            model = unpack_model(arrays | {name: damaged}, metadata_of(forest))
+        except ValueError:
+            n_refused += 1
+            continue
+        assert np.isfinite(Predictor(model).predict(TEST[0].depth, CAMERA).joints).all()
+    assert n_refused > 0
+
+
+def metadata_of(forest: RandomWalkForest) -> dict:
     counts = {"n_steps": forest.model_.plan.n_steps}
     return {"config": to_json(CONFIG), "labels": to_json(LABELS), "walk": counts}
 

@@ -4,24 +4,28 @@ import numpy as np
 import pytest
 
 from forests.rwf.model import ExpertTree
-from forests.rwf.tables import PACKED_DTYPE, WEIGHT_ONE, walk_tables
+from forests.rwf.tables import PACKED_DTYPE, WEIGHT_ONE, WalkTables, pack_experts, walk_tables
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
+
+
+def tables_of(grown) -> WalkTables:
+    return walk_tables(pack_experts(grown))
 
 
 def lopsided_tree(rng: np.random.Generator, n_leaves: int, n_clusters=3) -> ExpertTree:
     """A tree that grew where it happened to, breadth first."""
     nodes = np.zeros(2 * n_leaves - 1, NODE_DTYPE)
     nodes["left"], nodes["leaf"], nodes["threshold"] = np.arange(len(nodes)), 0, LEAF_THRESHOLD
-    ends, n = [0], 1
-    for _ in range(n_leaves - 1):
-        node = ends.pop(int(rng.integers(len(ends))))
-        nodes["left"][node], nodes["leaf"][node] = n, -1
-        nodes["threshold"][node] = rng.integers(-3000, 3000)
-        nodes["u"][node], nodes["v"][node] = rng.uniform(-0.5, 0.5, (2, 2))
-        ends += [n, n + 1]
-        n += 2
+    n = 1
+    for node in range(len(nodes)):
+        is_last_end = node == n - 1
+        if n < len(nodes) and (is_last_end or rng.random() < 0.6):
+            nodes["left"][node], nodes["leaf"][node] = n, -1
+            nodes["threshold"][node] = rng.integers(-3000, 3000)
+            nodes["u"][node], nodes["v"][node] = rng.uniform(-0.5, 0.5, (2, 2))
+            n += 2
     is_leaf = nodes["leaf"] >= 0
-    nodes["leaf"][is_leaf] = rng.permutation(n_leaves)
+    nodes["leaf"][is_leaf] = np.arange(n_leaves)
     share = rng.dirichlet(np.ones(n_clusters), n_leaves)
     values = rng.normal(0, 0.3, (n_leaves, n_clusters, 3)), share, rng.uniform(0, 0.2, share.shape)
     return ExpertTree(nodes, *(each.astype(np.float32) for each in values))
@@ -31,7 +35,7 @@ def lopsided_tree(rng: np.random.Generator, n_leaves: int, n_clusters=3) -> Expe
 def test_packed_trees_decide_as_the_trees_do(n_leaves):
     rng = np.random.default_rng(n_leaves)
     experts = tuple(tuple(lopsided_tree(rng, n_leaves) for _ in range(2)) for _ in range(2))
-    tables = walk_tables(experts)
+    tables = tables_of(experts)
     seen = set()
     for joint, trees in enumerate(experts):
         for number, tree in enumerate(trees):
@@ -58,7 +62,7 @@ def test_packed_trees_decide_as_the_trees_do(n_leaves):
 
 
 def test_tables_are_small_and_start_where_a_line_of_the_cache_does():
-    tables = walk_tables(((lopsided_tree(np.random.default_rng(0), 40),),))
+    tables = tables_of(((lopsided_tree(np.random.default_rng(0), 40),),))
     assert PACKED_DTYPE.itemsize == 16
     assert tables.nodes.ctypes.data % 64 == tables.vote.ctypes.data % 64 == 0
 
@@ -66,4 +70,4 @@ def test_tables_are_small_and_start_where_a_line_of_the_cache_does():
 def test_a_cluster_that_is_there_always_votes():
     tree = lopsided_tree(np.random.default_rng(0), 4)
     tree.share[:] = (1.0, 1e-7, 0.0)
-    np.testing.assert_array_equal(walk_tables(((tree,),)).vote[:, 1:, 3], np.tile([1, 0], (4, 1)))
+    np.testing.assert_array_equal(tables_of(((tree,),)).vote[:, 1:, 3], np.tile([1, 0], (4, 1)))

@@ -10,6 +10,7 @@ from forests.rwf.config import RWFConfig
 from forests.rwf.evidence import OUTCOMES, TERMS, terms_of
 from forests.rwf.model import ExpertTree, Limbs, RWFModel, WalkPlan
 from forests.rwf.predict import Predictor, rank
+from forests.rwf.tables import pack_experts
 from forests.rwf.tune import View, calibrated, choose_walks
 from forests.skeleton.answers import edges_of
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
@@ -32,7 +33,7 @@ def model_that_knows_offsets(*offsets):
     plan = WalkPlan(np.int32([0, 1]), parents, narrow, wide, np.zeros(2, np.int32), gate, np.int32([16, 16]), 1)
     labels = LabelTable(("body",), (), ("neck", "head"))
     limbs = Limbs(parents, np.float32([[0, np.inf], [0, np.inf]]))
-    return RWFModel(config, labels, ("neck", "head"), experts, plan, limbs, NOT_CALIBRATED)
+    return RWFModel(config, labels, ("neck", "head"), pack_experts(experts), plan, limbs, NOT_CALIBRATED)
 
 
 def view_of(*joints, is_occluded=(False, False)):

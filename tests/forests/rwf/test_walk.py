@@ -7,7 +7,7 @@ from forests.crops import crop_image
 from forests.features import probe
 from forests.frames import Intrinsics
 from forests.rwf.model import ExpertTree, WalkPlan
-from forests.rwf.tables import WEIGHT_ONE, WalkTables, walk_tables
+from forests.rwf.tables import WEIGHT_ONE, WalkTables, pack_experts, walk_tables
 from forests.rwf.walk import describe_votes, gather, read_depth, walk_joint, walk_skeleton
 from forests.skeleton.answers import edges_of
 from forests.tree import LEAF_THRESHOLD, NODE_DTYPE
@@ -33,6 +33,10 @@ def plan_of(
         np.full(n_joints, n_walks, np.int32),
         n_steps,
     )
+
+
+def tables_of(grown) -> WalkTables:
+    return walk_tables(pack_experts(grown))
 
 
 def one_leaf(*offsets, share=None) -> ExpertTree:
@@ -80,7 +84,7 @@ def walked(depth, tables: WalkTables, plan: WalkPlan, start, seed=5, n_ends=3) -
 def test_every_vote_is_the_slow_twins(gates):
     rng = np.random.default_rng(3)
     depth = random_depth(rng)
-    tables = walk_tables((tuple(random_tree(rng) for _ in gates),))
+    tables = tables_of((tuple(random_tree(rng) for _ in gates),))
     plan, centre, expected = plan_of(gates=gates), np.float32([0.1, -0.1, 2.0]), []
     for n_steps in range(1, plan.n_steps + 1):
         expected.append(reference.votes(depth, INTRINSICS, tables, plan, 0, 5, n_steps - 1, centre))
@@ -115,7 +119,7 @@ def test_ends_are_modes_of_the_votes_with_their_density_densest_first():
 def test_a_vote_that_is_always_right_is_where_the_walk_ends():
     """Walkers that know the joint from wherever they stand: each step's leaf would be another, so one step."""
     wall = np.full((72, 96), 2000, np.uint16)
-    tables = walk_tables(((one_leaf((0.3, 0.0, 0.1)),),))
+    tables = tables_of(((one_leaf((0.3, 0.0, 0.1)),),))
     ends, votes = walked(wall, tables, plan_of(n_steps=1, n_walks=200, scatter_m=0.02), (0.0, 0.0, 2.0))
     np.testing.assert_allclose(ends[0, :3], [0.3, 0.0, 2.11], atol=0.015)
     said = np.empty(3, np.float32)
@@ -134,7 +138,7 @@ def test_votes_outside_the_image_are_counted_by_their_weight():
 
 def test_a_leaf_with_two_clusters_has_two_ends_by_their_shares():
     wall = np.full((72, 96), 2000, np.uint16)
-    tables = walk_tables(((one_leaf((0.4, 0.0, 0.0), (-0.4, 0.0, 0.0), share=(0.7, 0.3)),),))
+    tables = tables_of(((one_leaf((0.4, 0.0, 0.0), (-0.4, 0.0, 0.0), share=(0.7, 0.3)),),))
     ends, _ = walked(wall, tables, plan_of(n_steps=1, n_walks=50, scatter_m=0.01), (0.0, 0.0, 2.0))
     np.testing.assert_allclose(ends[:2, 0], [0.4, -0.4], atol=0.01)
     np.testing.assert_allclose(ends[:2, 3] / ends[:2, 3].sum(), [0.7, 0.3], atol=0.01)
@@ -144,7 +148,7 @@ def test_a_leaf_with_two_clusters_has_two_ends_by_their_shares():
 def test_scattered_clusters_weigh_less():
     sharp, wide = one_leaf((0.4, 0.0, 0.0)), one_leaf((-0.4, 0.0, 0.0))
     wide = wide._replace(spread=np.float32([[0.1]]))
-    tables = walk_tables(((sharp, wide),))
+    tables = tables_of(((sharp, wide),))
     np.testing.assert_allclose(tables.vote[:, 0, 3] / WEIGHT_ONE, [1.0, 0.125], atol=2e-5)
 
 
@@ -160,7 +164,7 @@ def test_the_gate_snaps_points_to_the_surface_and_lets_go_where_nothing_is():
     ):
         _, _, place = reference.place(depth, np.float32([-0.1, 0.0, z]), INTRINSICS, np.float32(gate))
         np.testing.assert_allclose(place, np.float32([-0.1 * expected / z, 0.0, expected]), rtol=1e-6)
-        still = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+        still = tables_of(((one_leaf((0.0, 0.0, 0.0)),),))
         _, votes = walked(depth, still, plan_of(gates=(gate,), scatter_m=1e-6, n_steps=1), (-0.1, 0.0, z))
         np.testing.assert_allclose(votes[:, 2], expected, atol=1e-5)
     _, votes = walked(depth, still, plan_of(gates=((0.3, 1.0),), scatter_m=1e-6, n_steps=1), (0.8, 0.0, 2.6))
@@ -170,7 +174,7 @@ def test_the_gate_snaps_points_to_the_surface_and_lets_go_where_nothing_is():
 def test_a_joint_starts_from_its_parents_estimate():
     wall = np.full((72, 96), 2000, np.uint16)
     right, down = one_leaf((1.0, 0.0, 0.0)), one_leaf((0.0, 1.0, 0.0))
-    tables = walk_tables(((right,), (down,), (down,)))
+    tables = tables_of(((right,), (down,), (down,)))
     plan = plan_of(3, n_steps=1, scatter_m=1e-4, parents=[-1, 0, -1])
     ends, said = np.empty((3, 2, 4), np.float32), np.empty((3, 3), np.float32)
     walk_skeleton(wall, INTRINSICS, tables, plan, np.float32([0, 0, 2]), 0, EDGES, ends, said)
@@ -182,7 +186,7 @@ def test_a_joint_starts_from_its_parents_estimate():
 
 def test_the_same_seed_walks_the_same_walk_and_another_seed_another():
     rng = np.random.default_rng(0)
-    depth, tables = random_depth(rng), walk_tables(((random_tree(rng),),))
+    depth, tables = random_depth(rng), tables_of(((random_tree(rng),),))
     first, again = (walked(depth, tables, plan_of(), (0, 0, 2.0), seed=7)[1] for _ in range(2))
     other = walked(depth, tables, plan_of(), (0, 0, 2.0), seed=8)[1]
     np.testing.assert_array_equal(first, again)
@@ -191,7 +195,7 @@ def test_the_same_seed_walks_the_same_walk_and_another_seed_another():
 
 def test_walkers_scatter_as_wide_as_the_plan_says():
     empty = np.zeros((72, 96), np.uint16)
-    tables = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+    tables = tables_of(((one_leaf((0.0, 0.0, 0.0)),),))
     _, votes = walked(empty, tables, plan_of(n_walks=4000, n_steps=1, scatter_m=0.1), (0.0, 0.0, 2.0))
     off = votes[:, :3] - np.float32([0, 0, 2.0])
     np.testing.assert_allclose(off.mean(axis=0), 0.0, atol=4 * 0.1 / np.sqrt(4000))
@@ -201,7 +205,7 @@ def test_walkers_scatter_as_wide_as_the_plan_says():
 def test_walkers_cover_the_cube_evenly():
     """Of 64 of them, each of four slices along each axis has 16, or nearly so; by chance the spread would be 3.5."""
     empty = np.zeros((72, 96), np.uint16)
-    tables = walk_tables(((one_leaf((0.0, 0.0, 0.0)),),))
+    tables = tables_of(((one_leaf((0.0, 0.0, 0.0)),),))
     for seed in range(20):
         _, votes = walked(empty, tables, plan_of(n_walks=64, n_steps=1, scatter_m=0.1), (0.0, 0.0, 2.0), seed)
         side = 0.1 * np.sqrt(3.0)
@@ -233,7 +237,7 @@ def test_the_image_reads_as_the_crop_that_trees_are_grown_on():
 @pytest.mark.parametrize("start", [(0.0, 0.0, 2.0), (50.0, 0.0, 2.0), (0.0, 0.0, 0.0), (1e6, -1e6, 0.3)])
 def test_walks_stay_finite_wherever_they_start_and_whatever_they_see(start):
     rng = np.random.default_rng(2)
-    tables = walk_tables(((random_tree(rng),),))
+    tables = tables_of(((random_tree(rng),),))
     for depth in (np.zeros((72, 96), np.uint16), random_depth(rng), np.full((1, 1), 65535, np.uint16)):
         ends, votes = walked(depth, tables, plan_of(gates=((0.0, 0.2),)), start)
         assert np.isfinite(ends[0]).all()
