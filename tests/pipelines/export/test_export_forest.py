@@ -49,7 +49,7 @@ def random_tree(rng, depth, n_layers, n_votes):
     nodes["v"][rng.random(len(nodes)) < 0.5] = 0.0
     nodes["threshold"] = rng.integers(-2100, 2100, len(nodes)) // rng.choice([1, 20], len(nodes))
     leaves = np.flatnonzero(nodes["left"] == np.arange(len(nodes)))
-    nodes["leaf"][leaves] = rng.permutation(len(leaves))
+    nodes["leaf"][leaves] = np.arange(len(leaves))
     nodes["threshold"][leaves], nodes["u"][leaves], nodes["v"][leaves] = LEAF_THRESHOLD, 0.0, 0.0
     shape = len(leaves), n_layers, len(LABELS.joints), n_votes
     weight = rng.uniform(0.05, 0.5, shape) * (rng.random(shape) < 0.67)
