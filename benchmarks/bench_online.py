@@ -228,8 +228,8 @@ def planner():
     print(f"decision for 50 tracks: {np.median(seconds[100:]) * 1e6:.1f} us in the median")
 
 
-def main():
-    """Prints the table."""
+def asked():
+    """What the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("clips", nargs="?", type=Path)
     parser.add_argument("--sensor")
@@ -248,7 +248,12 @@ def main():
         "--loop", type=int, default=0, help="play so many images round and round, and watch memory"
     )
     parser.add_argument("--planner", action="store_true")
-    given = parser.parse_args()
+    return parser.parse_args()
+
+
+def main():
+    """Prints the table."""
+    given = asked()
     if given.planner:
         planner()
     if given.clips is None:
